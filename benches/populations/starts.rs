@@ -9,7 +9,7 @@
 
 use std::path::Path;
 
-use gravcal_calibration::joint::{Readings, Signals, State, build_problem, select};
+use gravcal_calibration::joint::{MeasurementSet, Signals, State, build_problem, select};
 use gravcal_calibration::result::Fit;
 use gravcal_estimation::{SolveContext, Solver, Values};
 use gravcal_robot_model::Session;
@@ -93,7 +93,7 @@ fn from(truth: &Truth, session: &Session, start: State) -> Option<f64> {
 /// Solves from `values`, at first a start, which become the end; number of readings and root mean square residual of each joint.
 fn solved(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     values: &mut Option<Values>,
 ) -> Option<Vec<(f64, f64)>> {

@@ -7,7 +7,7 @@ use gravcal_robot_model::session::Session;
 use thiserror::Error;
 
 use crate::joint::{
-    EstimateError, Readings, Signals, State, build_at_nominal, estimate, estimate_briefly, pose_by_pose, select,
+    EstimateError, MeasurementSet, Signals, State, build_at_nominal, estimate, estimate_briefly, pose_by_pose, select,
     step_by_step, why_not_by_groups,
 };
 use crate::plan::Plan;
@@ -151,7 +151,7 @@ pub fn calibrate_briefly(
 
 /// What an estimator of the joint problem reads, and from where it may start.
 struct Task {
-    readings: Readings,
+    readings: MeasurementSet,
     known: Option<State>,
 }
 

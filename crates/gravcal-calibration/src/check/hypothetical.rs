@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{InertiaPrior, Pose, PoseTable, Session, Unexp
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::judged::{NominalVerdict, judge_at, predicted_ranges};
-use crate::joint::{EstimateError, Readings, Signals, State, build_with_constraints, select};
+use crate::joint::{EstimateError, MeasurementSet, Signals, State, build_with_constraints, select};
 
 /// An addition is judged beside about so many poses of the session, which stand for all of them.
 const POSES: usize = 300;
@@ -16,7 +16,7 @@ const POSES: usize = 300;
 pub(super) const ROUGH: f64 = 1e-3;
 
 /// The same of each channel, unit of its reading; zero where such errors are stated, or there are none.
-fn rough_errors(session: &Session, readings: &Readings, values: &State) -> Result<Vec<f64>, EstimateError> {
+fn rough_errors(session: &Session, readings: &MeasurementSet, values: &State) -> Result<Vec<f64>, EstimateError> {
     let errors = session.unexplained_errors();
     let mut rough = vec![0.0; errors.len()];
     if !errors.contains(&UnexplainedError::Estimated) {

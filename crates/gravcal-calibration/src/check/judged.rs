@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use super::report::{CheckedParameter, CheckedPayload};
 use super::sign;
 use crate::joint::{
-    EstimateError, JointProblem, Readings, Solved, State, build_with_constraints, last_frame_choices, payloads,
+    EstimateError, JointProblem, MeasurementSet, Solved, State, build_with_constraints, last_frame_choices, payloads,
     unknown_sign,
 };
 use crate::judgement::Asked;
@@ -41,7 +41,7 @@ impl NominalVerdict {
 /// Judges the readings at the given values; a standard deviation follows from a first guess where no reading states its noise.
 pub(super) fn judge_at(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     values: &State,
 ) -> Result<NominalVerdict, EstimateError> {
     let mut judged = Solved::at_start(readings.clone(), build_with_constraints(session, readings, values)?)?;
@@ -88,7 +88,7 @@ pub(super) fn judge_at(
 
 /// Largest less smallest reading that the nominal model predicts for each channel, unit of the reading; never less than
 /// noise alone spreads them, so that a joint that carries nothing still tells its bias.
-fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
+fn predicted_spreads(session: &Session, readings: &MeasurementSet, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
     let mut noise = vec![1.0; session.channel_count()];
     for ReadingId { pose, channel } in &judged.built.rows {
         noise[*channel] = readings.std(session, *pose, *channel);
@@ -100,7 +100,7 @@ fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) ->
 /// Smallest and largest reading that the nominal model predicts for each channel, unit of the reading.
 pub(super) fn predicted_ranges(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     built: &JointProblem,
 ) -> Result<Vec<[f64; 2]>, EstimateError> {
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; session.channel_count()];

@@ -15,7 +15,7 @@ mod sweeps;
 mod tests;
 mod tilts;
 
-use crate::joint::{EstimateError, Readings, Signals, select};
+use crate::joint::{EstimateError, MeasurementSet, Signals, select};
 use crate::plan::Plan;
 
 pub use report::{
@@ -91,7 +91,7 @@ fn count_poses(session: &Session) -> Vec<(String, usize)> {
     [("none".to_owned(), count(None))].into_iter().chain(loads).collect()
 }
 
-fn count_readings(session: &Session, readings: &Readings) -> Vec<(String, usize)> {
+fn count_readings(session: &Session, readings: &MeasurementSet) -> Vec<(String, usize)> {
     let count = |channel: usize| readings.used.iter().filter(|used| used.contains(&channel)).count();
     (0..session.channel_count()).map(|channel| (session.channel_name(channel), count(channel))).collect()
 }

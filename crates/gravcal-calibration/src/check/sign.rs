@@ -14,10 +14,10 @@
 use gravcal_identification::DECISIVE;
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use crate::joint::{EstimateError, Readings, Solved, State, build_problem, with_gains_known};
+use crate::joint::{EstimateError, MeasurementSet, Solved, State, build_problem, with_gains_known};
 
 /// Whether gravity's sign is declared, or can be decided by the readings.
-pub(super) fn is_decided(session: &Session, readings: &Readings, values: &State) -> Result<bool, EstimateError> {
+pub(super) fn is_decided(session: &Session, readings: &MeasurementSet, values: &State) -> Result<bool, EstimateError> {
     if session.gravity.hemisphere.is_some() {
         return Ok(true);
     }

@@ -5,8 +5,8 @@ use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
+use super::measurement_set::MeasurementSet;
 use super::payloads::payloads;
-use super::readings::Readings;
 use super::solve::solve;
 use super::solved::Solved;
 use super::tell::tell_parameters;
@@ -49,7 +49,7 @@ impl Answer {
     /// Where there is no answer at all.
     pub fn of(
         session: &Session,
-        readings: &Readings,
+        readings: &MeasurementSet,
         known: Option<&State>,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Answer, EstimateError> {

@@ -22,8 +22,8 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::Shifted;
 use gravcal_robot_model::session::Session;
 
+use super::measurement_set::MeasurementSet;
 use super::order::Order;
-use super::readings::Readings;
 use super::solved::Solved;
 use super::variables::{OfJoints, State, VariableIndex};
 
@@ -47,9 +47,9 @@ pub(crate) struct OfReadings {
     pub std: f64,
 }
 
-impl Readings {
+impl MeasurementSet {
     /// The same with unknowns for what friction leaves at rest; nothing where no joint has any, or the session has them already.
-    pub(super) fn with_friction_at_rest(&self, session: &Session) -> Option<Readings> {
+    pub(super) fn with_friction_at_rest(&self, session: &Session) -> Option<MeasurementSet> {
         if !self.at_rest.is_empty() || self.order != Order::Together {
             return None;
         }
@@ -60,7 +60,7 @@ impl Readings {
             false => 0.0,
         };
         let at_rest: Vec<f64> = (0..session.joints.len()).map(std).collect();
-        at_rest.iter().any(|std| *std > 0.0).then(|| Readings { at_rest, ..self.clone() })
+        at_rest.iter().any(|std| *std > 0.0).then(|| MeasurementSet { at_rest, ..self.clone() })
     }
 
     /// Whether a channel's errors are larger than chance would make them of noise alone.
@@ -81,7 +81,7 @@ impl Readings {
 /// Adds the unknown of the joints that have one, from where `start` has it.
 pub(super) fn add_unknown(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     builder: &mut ProblemBuilder,
 ) -> Option<OfJoints> {

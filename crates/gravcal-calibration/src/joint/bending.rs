@@ -24,8 +24,8 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
 use super::at_rest::OfReadings;
+use super::measurement_set::{Bending, MeasurementSet};
 use super::order::Order;
-use super::readings::{Bending, Readings};
 use super::solved::Solved;
 use super::unexplained_size::spread;
 use super::variables::{OfJoints, State, VariableIndex};
@@ -89,7 +89,7 @@ fn may_bend(session: &Session) -> bool {
 /// Adds the unknown of the joints that may bend, from where `start` has it.
 pub(super) fn add_unknown(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     builder: &mut ProblemBuilder,
 ) -> Option<OfJoints> {
@@ -119,7 +119,7 @@ impl Solved {
     }
 
     /// Its readings with the torques that bend joints as it has them; nothing where joints bend by what it says already.
-    pub(super) fn bent_anew(&self, session: &Session) -> Result<Option<Readings>, EvaluateError> {
+    pub(super) fn bent_anew(&self, session: &Session) -> Result<Option<MeasurementSet>, EvaluateError> {
         let (Some(bending), Some(unknown)) = (&self.readings.bending, &self.built.variables.bending) else {
             return Ok(None);
         };
@@ -132,7 +132,7 @@ impl Solved {
             unknown.joints.iter().zip(found).map(of_joint).fold(0.0, f64::max)
         };
         let largest = torques.iter().zip(&bending.torques).map(moves).fold(0.0, f64::max);
-        let anew = || Readings {
+        let anew = || MeasurementSet {
             bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })),
             ..self.readings.clone()
         };

@@ -6,10 +6,10 @@ use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
 use super::at_rest;
 use super::bending;
+use super::measurement_set::MeasurementSet;
 use super::placements::add_placements;
 use super::position_unknowns::add_unknowns;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::variables::{State, VariableIndex, WithPayload};
 
@@ -24,7 +24,7 @@ const UNREAD: &str = "no reading depends on it";
 
 pub(super) fn add_unknown_blocks(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     builder: &mut ProblemBuilder,
 ) -> VariableIndex {
@@ -37,7 +37,7 @@ pub(super) fn add_unknown_blocks(
 
 pub(super) fn add_blocks(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     with_prior: bool,
     builder: &mut ProblemBuilder,
@@ -104,7 +104,7 @@ pub(super) fn add_blocks(
 /// The inertia tensors of all links and loads, where the arm moves.
 fn add_tensors(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     straight: bool,
     builder: &mut ProblemBuilder,
@@ -140,7 +140,7 @@ fn tensor_block(name: String) -> Block {
 /// Links with loads of unknown mass, by load: bodies of their own.
 fn add_with_payloads(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     straight: bool,
     builder: &mut ProblemBuilder,
@@ -169,7 +169,7 @@ fn add_with_payloads(
 }
 
 /// Whether every pose that enters carries an unknown load on this link, so that the link by itself is read in none.
-fn never_bare(session: &Session, readings: &Readings, link: usize) -> bool {
+fn never_bare(session: &Session, readings: &MeasurementSet, link: usize) -> bool {
     if !session.loads.iter().any(|load| load.is_unknown() && load.link == link) {
         return false;
     }
@@ -202,7 +202,7 @@ fn gravity_block(session: &Session) -> Block {
 
 impl JointProblem {
     /// The same problem started from elsewhere; that the start makes sense is seen when it is evaluated there.
-    pub(super) fn starting_at(&self, session: &Session, readings: &Readings, start: &State) -> JointProblem {
+    pub(super) fn starting_at(&self, session: &Session, readings: &MeasurementSet, start: &State) -> JointProblem {
         let mut builder = ProblemBuilder::new();
         add_unknown_blocks(session, readings, start, &mut builder);
         JointProblem { initial: builder.initial(), ..self.clone() }

@@ -12,11 +12,11 @@ use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
 use super::error::BuildError;
 use super::factors::{add_readings, fixed_positions, positions};
+use super::measurement_set::MeasurementSet;
 use super::modelled::add_residuals;
 use super::placements::distances_left;
 use super::position_unknowns::add_priors;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::reference::{reference, with_reference};
 use super::variables::{State, VariableIndex};
 
@@ -30,7 +30,7 @@ const EXACT_DISTANCE_STD: f64 = 1e-6;
 ///
 /// # Errors
 /// Where there is nothing to measure or nothing unknown.
-pub fn build_problem(session: &Session, readings: &Readings, start: &State) -> Result<JointProblem, BuildError> {
+pub fn build_problem(session: &Session, readings: &MeasurementSet, start: &State) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
     let variables = add_unknown_blocks(session, readings, start, &mut builder);
     let held = fixed_positions(&variables, &builder);
@@ -52,7 +52,7 @@ pub fn build_problem(session: &Session, readings: &Readings, start: &State) -> R
 /// As [`build_problem`].
 pub(crate) fn build_with_constraints(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
 ) -> Result<JointProblem, BuildError> {
     let mut start = start.clone();
@@ -67,7 +67,7 @@ pub(crate) fn build_with_constraints(
 /// As [`build_problem`].
 pub(crate) fn pose_readings_alone(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
 ) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
@@ -85,7 +85,7 @@ pub(crate) fn pose_readings_alone(
 
 fn add_parameter_priors(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     variables: &VariableIndex,
     builder: &mut ProblemBuilder,
 ) -> Result<(), NoiseError> {

@@ -9,8 +9,8 @@ use super::answer::{Answer, Conclusion};
 use super::error::EstimateError;
 use super::findings::Findings;
 use super::large_errors::WARNING;
+use super::measurement_set::MeasurementSet;
 use super::mistakes::{Mistake, find_mistake};
-use super::readings::Readings;
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_termination};
@@ -40,7 +40,7 @@ const OTHER_UNIT: f64 = 3.0;
 /// Where there is no answer at all; not converging is a verdict.
 pub(super) fn conclude(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Conclusion, EstimateError> {

@@ -8,8 +8,8 @@ use super::build::build_with_constraints;
 use super::conclusion::conclude;
 use super::error::EstimateError;
 use super::held_out::fit_with_held_out;
+use super::measurement_set::MeasurementSet;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::select::{Signals, select};
 use super::tell::tell;
 use super::variables::State;
@@ -40,7 +40,7 @@ pub fn estimate_jointly(
 pub fn estimate(
     session: &Session,
     name: &str,
-    readings: &Readings,
+    readings: &MeasurementSet,
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
@@ -56,7 +56,7 @@ pub fn estimate(
 /// Where there is no answer at all; not converging is a verdict.
 pub fn estimate_briefly(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Brief, EstimateError> {

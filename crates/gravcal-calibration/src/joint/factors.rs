@@ -11,8 +11,8 @@ use gravcal_robot_model::residuals::{
 use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, ReadingId, Session};
 
 use super::at_rest;
+use super::measurement_set::{MeasurementSet, position_terms};
 use super::position_unknowns::Around;
-use super::readings::{Readings, position_terms};
 use super::torques::{Torques, carried};
 use super::variables::VariableIndex;
 
@@ -20,7 +20,7 @@ use super::variables::VariableIndex;
 /// asked for.
 pub(super) fn add_readings(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     variables: &VariableIndex,
     positions: Option<Vec<[f64; 2]>>,
     builder: &mut ProblemBuilder,

@@ -5,15 +5,15 @@ use gravcal_identification::{FIRST_ITERATIONS, Fit, ROUNDS, SolveEnvironment};
 
 use super::error::EstimateError;
 use super::in_order::estimate_in_order;
+use super::measurement_set::MeasurementSet;
 use super::order::Order;
 use super::problem::JointProblem;
-use super::readings::Readings;
 
 /// Minimises what readings and knowledge cost: the problem with its reference where the fit ended, and its end. The cost is
 /// that of readings and knowledge alone.
 pub(super) fn fit(
     built: &JointProblem,
-    readings: &Readings,
+    readings: &MeasurementSet,
     environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     fit_in_rounds(built, readings, ROUNDS, environment)
@@ -22,7 +22,7 @@ pub(super) fn fit(
 /// The same in so many rounds at most. Readings that enter group by group have no rounds: the last group's reference ends with it.
 pub(super) fn fit_in_rounds(
     built: &JointProblem,
-    readings: &Readings,
+    readings: &MeasurementSet,
     rounds: usize,
     environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {

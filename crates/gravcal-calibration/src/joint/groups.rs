@@ -20,9 +20,9 @@ use gravcal_robot_model::session::{Session, UncertaintyChoice};
 
 use super::build::build_with_constraints;
 use super::error::EstimateError;
+use super::measurement_set::MeasurementSet;
 use super::order::Order;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::sample::Sample;
 use super::select::{Signals, select};
 use super::start::best_start;
@@ -34,8 +34,11 @@ use crate::plan::Plan;
 const TIMES_WORSE: f64 = 3.0;
 
 /// The readings of the paper's steps, to enter step by step.
-pub fn step_by_step(session: &Session) -> Readings {
-    Readings { order: Order::StepByStep(Plan::new(session).readings_by_step()), ..select(session, Signals::PaperSteps) }
+pub fn step_by_step(session: &Session) -> MeasurementSet {
+    MeasurementSet {
+        order: Order::StepByStep(Plan::new(session).readings_by_step()),
+        ..select(session, Signals::PaperSteps)
+    }
 }
 
 /// All readings, to enter pose by pose after the first ones.
@@ -44,14 +47,14 @@ pub fn step_by_step(session: &Session) -> Readings {
 ///
 /// # Errors
 /// Where no problem can be built.
-pub fn pose_by_pose(session: &Session, environment: &SolveEnvironment<'_>) -> Result<Readings, EstimateError> {
+pub fn pose_by_pose(session: &Session, environment: &SolveEnvironment<'_>) -> Result<MeasurementSet, EstimateError> {
     let readings = select(session, Signals::All);
     let start = best_start(session, &Sample::new(session, &readings)?, None, environment)?;
     let built = build_with_constraints(session, &readings, &start)?;
     let first = first_factors(&built)?;
     let mut used = (0..session.poses.len()).filter(|pose| !readings.used[*pose].is_empty());
     let from = used.nth(first).unwrap_or(session.poses.len());
-    Ok(Readings { order: Order::PoseByPose { from }, ..readings })
+    Ok(MeasurementSet { order: Order::PoseByPose { from }, ..readings })
 }
 
 /// What of a session stands against estimating group by group, if anything does.
@@ -71,9 +74,9 @@ pub(crate) fn why_not_by_groups(session: &Session, built: &JointProblem) -> Opti
     .find_map(|(holds, why)| holds.then_some(why))
 }
 
-impl Readings {
+impl MeasurementSet {
     /// Those that enter first, from which values can be had to start with.
-    pub(super) fn first(&self) -> Readings {
+    pub(super) fn first(&self) -> MeasurementSet {
         match self.order {
             Order::PoseByPose { from } => self.only(|pose, _| pose < from),
             _ => self.clone(),

@@ -15,8 +15,8 @@ use gravcal_robot_model::sweeps::find_sweeps;
 use super::build::{build_problem, build_with_constraints};
 use super::error::EstimateError;
 use super::fit::fit;
+use super::measurement_set::{Bending, MeasurementSet};
 use super::problem::JointProblem;
-use super::readings::{Bending, Readings};
 use super::smaller_models::smaller_models;
 use super::solved::Solved;
 use super::variables::State;
@@ -63,13 +63,14 @@ pub(crate) fn fit_with_held_out(
 /// How well what was found predicts the tables that enter no fit. `fitted`: the readings that it was found from.
 pub(super) fn of_validation(
     session: &Session,
-    fitted: &Readings,
+    fitted: &MeasurementSet,
     found: State,
 ) -> Result<Option<HeldOut>, EstimateError> {
     let unseen =
         Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
-    let Readings { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
-    let readings = Readings { spreads, noise, unexplained, at_rest, ..Readings::select(&unseen, |_, _| true) };
+    let MeasurementSet { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
+    let readings =
+        MeasurementSet { spreads, noise, unexplained, at_rest, ..MeasurementSet::select(&unseen, |_, _| true) };
     // Joints that stand in other sweeps deflect otherwise.
     let prediction = State { deflections: Vec::new(), ..found };
     let readings = bending_as(fitted, readings, &unseen, &prediction)?;
@@ -81,15 +82,15 @@ pub(super) fn of_validation(
 
 /// Readings of other poses of the arm, in which its joints bend under what these numbers predict.
 fn bending_as(
-    fitted: &Readings,
-    readings: Readings,
+    fitted: &MeasurementSet,
+    readings: MeasurementSet,
     unseen: &Session,
     found: &State,
-) -> Result<Readings, EstimateError> {
+) -> Result<MeasurementSet, EstimateError> {
     let Some(bending) = &fitted.bending else { return Ok(readings) };
     let Ok(built) = build_problem(unseen, &readings, found) else { return Ok(readings) };
     let torques = Solved::at_start(readings.clone(), built)?.standing_torques(unseen)?;
-    Ok(Readings { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
+    Ok(MeasurementSet { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
 }
 
 /// What came of the second fit.
@@ -127,7 +128,11 @@ pub(super) fn fixed_alike(solved: &Solved, seen: JointProblem) -> Result<JointPr
     Ok(seen)
 }
 
-pub(super) fn predict(session: &Session, readings: &Readings, found: &State) -> Result<Option<HeldOut>, EstimateError> {
+pub(super) fn predict(
+    session: &Session,
+    readings: &MeasurementSet,
+    found: &State,
+) -> Result<Option<HeldOut>, EstimateError> {
     let Ok(built) = build_problem(session, readings, found) else { return Ok(None) };
     let whitened = built.problem.residuals(&built.initial)?;
     Ok(Some(held_out(session, readings, &built.rows, &whitened)))
@@ -135,7 +140,7 @@ pub(super) fn predict(session: &Session, readings: &Readings, found: &State) -> 
 
 /// The poses that are held out: a tenth in the middle of each sweep, and of the other poses of each table; where tables are too small for
 /// that, of consecutive poses with the same load.
-pub(super) fn stretches(session: &Session, readings: &Readings) -> BTreeSet<usize> {
+pub(super) fn stretches(session: &Session, readings: &MeasurementSet) -> BTreeSet<usize> {
     let entering: Vec<usize> = (0..readings.used.len()).filter(|pose| !readings.used[*pose].is_empty()).collect();
     let mut sweep = vec![None; session.poses.len()];
     for (index, found) in find_sweeps(session).iter().enumerate() {

@@ -11,9 +11,9 @@ use gravcal_robot_model::session::ReadingId;
 
 use super::error::{BuildError, EstimateError};
 use super::groups::{NOT_YET, first_of};
+use super::measurement_set::MeasurementSet;
 use super::order::Order;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::robust::solve_with_loss;
 
 /// An unknown in which readings are not linear stays where it is in a step of whose readings, and those before, it follows so
@@ -31,7 +31,7 @@ const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 /// Estimates the unknowns of a problem.
 pub(super) fn estimate_in_order(
     built: &JointProblem,
-    readings: &Readings,
+    readings: &MeasurementSet,
     environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     let updated = match &readings.order {

@@ -10,8 +10,8 @@ use super::any_direction::{AnyDirection, FAINT_DAMPING};
 use super::at_distances::{KnownLength, Quadratic};
 use super::build::pose_readings_alone;
 use super::error::BuildError;
+use super::measurement_set::MeasurementSet;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::variables::State;
 
 /// Nominal torque gains are taken for wrong where they are off by more than this factor, and by lengths only where that
@@ -34,7 +34,7 @@ impl<'s> LinearPart<'s> {
     ///
     /// # Errors
     /// Where no problem can be built.
-    pub fn new(session: &'s Session, readings: &Readings, values: &State) -> Result<Self, BuildError> {
+    pub fn new(session: &'s Session, readings: &MeasurementSet, values: &State) -> Result<Self, BuildError> {
         let built = pose_readings_alone(session, readings, values)?;
         let nonlinear: Vec<BlockId> = built.problem.block_ids().filter(|id| !built.problem.block(*id).linear).collect();
         let linear = built.problem.with_fixed(&nonlinear, "given by the candidate");

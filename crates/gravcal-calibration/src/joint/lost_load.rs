@@ -4,7 +4,7 @@ use gravcal_recording::file_name;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
-use super::readings::Readings;
+use super::measurement_set::MeasurementSet;
 use super::start::start_cost;
 
 /// Fewer poses of a table tell nothing of a change.
@@ -46,7 +46,7 @@ impl LostLoad {
 /// poses came into question.
 pub(super) fn lost_loads(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
 ) -> Result<(Vec<(f64, LostLoad)>, usize), EstimateError> {
     let mut found = Vec::new();
     let mut tried = 0;

@@ -19,7 +19,7 @@ use gravcal_robot_model::session::Session;
 use super::error::EstimateError;
 use super::exchanged_axes::ExchangedAxes;
 use super::lost_load::{LostLoad, lost_loads};
-use super::readings::{Readings, first_noise};
+use super::measurement_set::{MeasurementSet, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve_from::solve_from;
 use super::solved::Solved;
@@ -126,7 +126,7 @@ pub(super) fn decisively_likelier(
         return Ok(false);
     }
     let noise = first_noise(session, &solved.readings.spreads);
-    let readings = Readings { noise, ..solved.readings.clone() }.with_rough_unexplained(session);
+    let readings = MeasurementSet { noise, ..solved.readings.clone() }.with_rough_unexplained(session);
     let other = solve_from(made, &readings, start, environment)?;
     let gain = solved.minus_log_restricted_likelihood(session)? - other.minus_log_restricted_likelihood(made)?;
     Ok(gain > DECISIVE + (tried as f64).ln())

@@ -11,14 +11,14 @@ use gravcal_robot_model::residuals::{ModelledResidual, ModelledScene, PositionTe
 use gravcal_robot_model::session::Session;
 
 use super::factors::once;
-use super::readings::Readings;
+use super::measurement_set::MeasurementSet;
 use super::solved::Solved;
 use super::variables::VariableIndex;
 
 /// Adds the rows of all residuals; gives the residual of each.
 pub(super) fn add_residuals(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     variables: &VariableIndex,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<usize>, NoiseError> {
@@ -41,7 +41,7 @@ pub(super) fn add_residuals(
     Ok(rows)
 }
 
-impl Readings {
+impl MeasurementSet {
     /// Whether a pose takes part: where any reading of it enters, or where it has none that could be left out.
     fn enters(&self, session: &Session, pose: usize) -> bool {
         let is_read = || (0..session.channel_count()).any(|channel| session.reading(pose, channel).is_some());

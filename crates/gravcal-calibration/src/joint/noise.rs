@@ -4,7 +4,7 @@ use gravcal_estimation::EvaluateError;
 use gravcal_identification::{ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
-use super::readings::first_noise;
+use super::measurement_set::first_noise;
 use super::solved::Solved;
 
 impl Solved {

@@ -22,13 +22,13 @@ use gravcal_robot_model::residuals::{Prior, Shifted};
 use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps, sweeping};
 
-use super::readings::Readings;
+use super::measurement_set::MeasurementSet;
 use super::variables::{PositionUnknown, State, VariableIndex};
 
 /// Adds the unknowns that the session has: those of sweeps first, from where `start` has them, and all others from zero.
 pub(super) fn add_unknowns(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: &State,
     builder: &mut ProblemBuilder,
 ) -> Vec<PositionUnknown> {

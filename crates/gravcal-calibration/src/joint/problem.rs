@@ -4,7 +4,7 @@ use gravcal_estimation::{EvaluateError, Loss, Problem, Values};
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::error::BuildError;
-use super::readings::Readings;
+use super::measurement_set::MeasurementSet;
 use super::variables::VariableIndex;
 
 /// A built joint problem.
@@ -31,7 +31,7 @@ impl JointProblem {
     pub(crate) fn predicted(
         &self,
         session: &Session,
-        readings: &Readings,
+        readings: &MeasurementSet,
     ) -> Result<Vec<(ReadingId, f64)>, EvaluateError> {
         let residuals = self.problem.residuals(&self.initial)?;
         let predicted = self.rows.iter().zip(residuals).filter_map(|(id, residual)| {

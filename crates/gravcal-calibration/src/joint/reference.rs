@@ -13,8 +13,8 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::blocks::add_unknown_blocks;
+use super::measurement_set::MeasurementSet;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::variables::{State, VariableIndex};
 
 /// κ. Wide beside what would be of use, so that it hides nothing that can be known, and narrow enough that no gain reaches zero.
@@ -30,7 +30,7 @@ const TYPICAL_LENGTH: f64 = 0.3;
 const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// The problem with its reference about nominal values.
-pub(super) fn with_reference(session: &Session, readings: &Readings, built: JointProblem) -> JointProblem {
+pub(super) fn with_reference(session: &Session, readings: &MeasurementSet, built: JointProblem) -> JointProblem {
     let mut builder = ProblemBuilder::new();
     add_unknown_blocks(session, readings, &State::nominal(session), &mut builder);
     let reference = reference(session, readings, &built.problem, &built.variables, builder.initial());
@@ -40,7 +40,7 @@ pub(super) fn with_reference(session: &Session, readings: &Readings, built: Join
 /// That of a problem with these blocks.
 pub(super) fn reference(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     problem: &Problem,
     variables: &VariableIndex,
     nominal: Values,
@@ -89,7 +89,7 @@ struct Typical {
 
 impl Typical {
     /// The larger of what the robot's file assumes and of what swings the readings as widely as they do.
-    fn of(session: &Session, readings: &Readings) -> Typical {
+    fn of(session: &Session, readings: &MeasurementSet) -> Typical {
         let assumed = session.robot.chain.links().iter().filter_map(|link| link.inertia.as_ref());
         let (mut mass, mut moment): (f64, f64) = (0.0, 0.0);
         for inertia in assumed {

@@ -25,8 +25,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::build::build_with_constraints;
 use super::error::EstimateError;
+use super::measurement_set::MeasurementSet;
 use super::mistakes::{Mistake, decisively_likelier};
-use super::readings::Readings;
 use super::sample::Sample;
 use super::solved::Solved;
 use super::start::{best_start, start_cost};
@@ -228,7 +228,7 @@ fn turned(session: &Session, joints: &[usize]) -> Session {
 /// Cost and unknowns of a session with these readings and their noise, under the loss of the solution.
 pub(super) fn solve_with(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     solved: &Solved,
     environment: &SolveEnvironment<'_>,
 ) -> Result<(f64, State), EstimateError> {

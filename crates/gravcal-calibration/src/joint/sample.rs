@@ -8,8 +8,8 @@ use gravcal_robot_model::session::Session;
 use super::any_direction::FAINT_DAMPING;
 use super::build::build_problem;
 use super::error::BuildError;
+use super::measurement_set::MeasurementSet;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::variables::State;
 
 /// Poses that suffice to compare candidates.
@@ -27,7 +27,7 @@ const EXPLAINED: f64 = 1.0;
 
 /// The joint problem of a part of the poses.
 pub(super) struct Sample {
-    pub readings: Readings,
+    pub readings: MeasurementSet,
     built: JointProblem,
 }
 
@@ -58,7 +58,7 @@ impl Sample {
     ///
     /// # Errors
     /// Where no problem can be built.
-    pub fn new(session: &Session, readings: &Readings) -> Result<Sample, BuildError> {
+    pub fn new(session: &Session, readings: &MeasurementSet) -> Result<Sample, BuildError> {
         let readings = thinned(session, readings, POSES);
         let built = build_problem(session, &readings, &State::nominal(session))?;
         Ok(Sample { readings, built })
@@ -68,7 +68,7 @@ impl Sample {
     ///
     /// # Errors
     /// As [`Sample::new`].
-    pub fn with_noise_of(self, session: &Session, readings: &Readings) -> Result<Sample, BuildError> {
+    pub fn with_noise_of(self, session: &Session, readings: &MeasurementSet) -> Result<Sample, BuildError> {
         let alike = self.readings.noise == readings.noise && self.readings.unexplained == readings.unexplained;
         if alike { Ok(self) } else { Sample::new(session, readings) }
     }
@@ -116,7 +116,7 @@ impl Sample {
 
 /// About so many `poses` of the readings, spread evenly over each table and load. Which they are has no period: every so many of
 /// them could be those that were approached from one side.
-pub(super) fn thinned(session: &Session, readings: &Readings, poses: usize) -> Readings {
+pub(super) fn thinned(session: &Session, readings: &MeasurementSet, poses: usize) -> MeasurementSet {
     let share = poses as f64 / readings.poses() as f64;
     if share >= 1.0 {
         return readings.clone();

@@ -2,7 +2,7 @@
 
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use super::readings::Readings;
+use super::measurement_set::MeasurementSet;
 use super::sweep_moments::{SweepMoments, by_sweep};
 use crate::plan::Plan;
 
@@ -16,16 +16,16 @@ pub enum Signals {
 }
 
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
-pub fn select(session: &Session, signals: Signals) -> Readings {
+pub fn select(session: &Session, signals: Signals) -> MeasurementSet {
     let moments = by_sweep(session).then(|| SweepMoments::of(session));
     let entering = |pose: usize, channel: usize| {
         channel >= session.joints.len() || moments.as_ref().is_none_or(|moments| moments.of_pose(pose).is_some())
     };
     match signals {
-        Signals::All => Readings::select(session, entering),
+        Signals::All => MeasurementSet::select(session, entering),
         Signals::PaperSteps => {
             let read = Plan::new(session).readings();
-            Readings::select(session, |pose, channel| {
+            MeasurementSet::select(session, |pose, channel| {
                 read.contains(&ReadingId { pose, channel }) && entering(pose, channel)
             })
         }

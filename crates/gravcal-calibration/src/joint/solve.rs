@@ -6,8 +6,8 @@ use gravcal_robot_model::session::Session;
 
 use super::displaced::{gains_disagree, otherwise_displaced};
 use super::error::EstimateError;
+use super::measurement_set::MeasurementSet;
 use super::order::Order;
-use super::readings::Readings;
 use super::sample::{Sample, thinned};
 use super::solve_from::solve_from;
 use super::solved::Solved;
@@ -26,7 +26,7 @@ const TELLING: usize = 1000;
 /// Where there is no answer at all; not converging is a [`gravcal_estimation::Termination`].
 pub fn solve(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
@@ -61,7 +61,7 @@ pub fn solve(
 /// does not suffice.
 fn lowest_elsewhere(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     sample: &Sample,
     solved: Solved,
     known: Option<&State>,
@@ -102,7 +102,7 @@ fn lowest_elsewhere(
 /// Where other starts lead, beside the first end.
 fn from_other_starts(
     session: &Session,
-    (readings, sample): (&Readings, &Sample),
+    (readings, sample): (&MeasurementSet, &Sample),
     first: Solved,
     known: Option<&State>,
     [environment, second]: [&SolveEnvironment<'_>; 2],
@@ -125,7 +125,7 @@ fn from_other_starts(
 /// The solution, or, of other ends that are not less likely beyond doubt, the one with the fewest gains and offsets that are not as declared.
 fn as_declared(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     solved: Solved,
     ends: &[(f64, Values)],
     environment: &SolveEnvironment<'_>,

@@ -9,8 +9,8 @@ use gravcal_robot_model::session::{Session, UnexplainedError};
 use super::build::build_with_constraints;
 use super::error::EstimateError;
 use super::fit::{fit, fit_in_rounds};
+use super::measurement_set::{Bending, MeasurementSet};
 use super::problem::JointProblem;
-use super::readings::{Bending, Readings};
 use super::solved::Solved;
 use super::variables::State;
 
@@ -33,7 +33,7 @@ const ITERATIONS: usize = 2000;
 /// Where there is no answer at all; not converging is a [`Termination`].
 pub(super) fn solve_from(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: State,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
@@ -60,7 +60,7 @@ pub(super) fn solve_from(
 fn solve_again(
     session: &Session,
     solved: &Solved,
-    readings: &Readings,
+    readings: &MeasurementSet,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     solve_with_noise(session, readings, solved.state(&State::nominal(session)), environment)
@@ -69,13 +69,13 @@ fn solve_again(
 /// The same with the unknowns that the readings are said to have, and the noise that they show.
 fn solve_with_noise(
     session: &Session,
-    readings: &Readings,
+    readings: &MeasurementSet,
     start: State,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
-    let built = |readings: &Readings, start: &State| build_with_constraints(session, readings, start);
+    let built = |readings: &MeasurementSet, start: &State| build_with_constraints(session, readings, start);
     let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
     if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
         environment.tell("all unknowns together");
@@ -116,7 +116,7 @@ fn solve_with_noise(
 
 /// Solves a problem as it is built, and judges the solution.
 pub(crate) fn solve_built(
-    readings: Readings,
+    readings: MeasurementSet,
     built: JointProblem,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {

@@ -6,15 +6,15 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::error::EstimateError;
+use super::measurement_set::MeasurementSet;
 use super::problem::JointProblem;
-use super::readings::Readings;
 use super::variables::State;
 
 /// A solved and judged joint problem.
 #[derive(Debug)]
 pub struct Solved {
     /// The readings that entered, with the noise that was stated or found.
-    pub readings: Readings,
+    pub readings: MeasurementSet,
     /// The problem.
     pub built: JointProblem,
     /// Its solution.
@@ -71,7 +71,7 @@ impl Solved {
     ///
     /// # Errors
     /// Where it cannot be evaluated there.
-    pub fn at_start(readings: Readings, built: JointProblem) -> Result<Solved, EstimateError> {
+    pub fn at_start(readings: MeasurementSet, built: JointProblem) -> Result<Solved, EstimateError> {
         let estimate = Estimate {
             values: built.initial.clone(),
             cost: built.problem.without_reference().cost(&built.initial)?,
@@ -85,7 +85,11 @@ impl Solved {
         Solved::judged(readings, built, estimate)
     }
 
-    pub(super) fn judged(readings: Readings, built: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
+    pub(super) fn judged(
+        readings: MeasurementSet,
+        built: JointProblem,
+        estimate: Estimate,
+    ) -> Result<Solved, EstimateError> {
         let Known { analysis, along_constraints, leans, uncertainty } =
             Known::at::<EstimateError>(&built.problem, &estimate)?;
         Ok(Solved {

@@ -11,7 +11,7 @@ use gravcal_robot_model::session::Session;
 use super::directions::{directions, turned};
 use super::error::BuildError;
 use super::linear_part::LinearPart;
-use super::readings::Readings;
+use super::measurement_set::MeasurementSet;
 use super::sample::{Nearby, POSES, Sample, thinned};
 use super::variables::State;
 
@@ -152,7 +152,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 
 /// What the best of the nominal values under any direction of gravity costs, for comparing sessions that differ in signs and columns. The
 /// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
-pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, BuildError> {
+pub(super) fn start_cost(session: &Session, readings: &MeasurementSet) -> Result<f64, BuildError> {
     let nominal = State::nominal(session);
     let part = LinearPart::new(session, &thinned(session, readings, POSES), &nominal)?;
     let cost = part.costs(&nominal);
@@ -170,7 +170,7 @@ pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, 
 }
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
-pub(crate) fn start_around(session: &Session, readings: &Readings, known: &State) -> Result<State, BuildError> {
+pub(crate) fn start_around(session: &Session, readings: &MeasurementSet, known: &State) -> Result<State, BuildError> {
     let (_, solved) = LinearPart::new(session, &thinned(session, readings, POSES), known)?.solve(known);
     Ok(State { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
 }

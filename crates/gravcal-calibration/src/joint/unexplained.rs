@@ -7,12 +7,12 @@ use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_identification::{ErrorRow, variance_beyond_noise, variance_beyond_noise_by_median};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
-use super::readings::{Readings, first_noise, stated};
+use super::measurement_set::{MeasurementSet, first_noise, stated};
 use super::solved::Solved;
 
-impl Readings {
+impl MeasurementSet {
     /// The same with unexplained errors of channels where they are estimated, as large as a first guess of noise.
-    pub(super) fn with_rough_unexplained(&self, session: &Session) -> Readings {
+    pub(super) fn with_rough_unexplained(&self, session: &Session) -> MeasurementSet {
         let rough = first_noise(session, &self.spreads);
         let errors = session.unexplained_errors();
         let variance = |(error, (rough, old)): (&UnexplainedError, (&f64, &f64))| match error {
@@ -20,18 +20,18 @@ impl Readings {
             _ => *old,
         };
         let unexplained = errors.iter().zip(rough.iter().zip(&self.unexplained)).map(variance).collect();
-        Readings { unexplained, ..self.clone() }
+        MeasurementSet { unexplained, ..self.clone() }
     }
 
     /// The same as if no errors were estimated, and none were smaller than a first guess of noise: what was estimated with a mistake
     /// in the session excuses the mistake.
-    pub(super) fn unexcused(&self, session: &Session) -> Readings {
+    pub(super) fn unexcused(&self, session: &Session) -> MeasurementSet {
         let found = self.unexplained_found(session);
-        let readings = Readings { noise: first_noise(session, &self.spreads), ..self.clone() };
+        let readings = MeasurementSet { noise: first_noise(session, &self.spreads), ..self.clone() };
         if !found {
             return readings;
         }
-        Readings { unexplained: stated(session), ..readings }.roughly(session)
+        MeasurementSet { unexplained: stated(session), ..readings }.roughly(session)
     }
 
     /// Whether errors that the noise does not explain were found in any channel.

@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use std::sync::Arc;
 
 use super::torque_parts::torque_parts;
-use crate::joint::{Readings, Solved};
+use crate::joint::{MeasurementSet, Solved};
 use crate::result::{Fit, HeldOut, JointFit, ReadingResidual, UnexplainedResult};
 
 /// Residuals of readings, collected by channel.
@@ -20,7 +20,7 @@ pub(crate) struct JointResiduals {
 
 impl JointResiduals {
     /// From whitened residuals whose first rows are the given readings.
-    pub fn new(session: &Session, readings: &Readings, rows: &[ReadingId], whitened: &[f64]) -> Self {
+    pub fn new(session: &Session, readings: &MeasurementSet, rows: &[ReadingId], whitened: &[f64]) -> Self {
         let mut by_channel = vec![Vec::new(); session.channel_count()];
         for (ReadingId { pose, channel }, r) in rows.iter().zip(whitened) {
             let own = readings.own_std(session, *pose, *channel);
@@ -104,7 +104,7 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
 }
 
 /// Tells how well poses were predicted that a fit did not see; `whitened` are the residuals of exactly `rows`.
-pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[ReadingId], whitened: &[f64]) -> HeldOut {
+pub(crate) fn held_out(session: &Session, readings: &MeasurementSet, rows: &[ReadingId], whitened: &[f64]) -> HeldOut {
     let mut poses: Vec<usize> = rows.iter().map(|id| id.pose).collect();
     poses.dedup();
     HeldOut {

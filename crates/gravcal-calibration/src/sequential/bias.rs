@@ -11,7 +11,7 @@ use super::contradiction::{NoiseScale, refuse_contradiction};
 use super::fitting::{StepFit, StepProblem};
 use super::found::{Found, Frozen, Missing};
 use crate::closed_form::{fit_sinusoid, search_position_gain};
-use crate::joint::Readings;
+use crate::joint::MeasurementSet;
 use crate::plan::Plan;
 
 const CURE: &str = "sweep this joint over its whole range while the others stand, and read its torque";
@@ -68,7 +68,7 @@ pub(super) fn readings_of(
 pub(super) fn find_bias(
     session: &Session,
     plan: &Plan,
-    readings: &Readings,
+    readings: &MeasurementSet,
     joint: usize,
     errors: &mut CarriedErrors,
     environment: &SolveEnvironment<'_>,
@@ -108,7 +108,7 @@ fn add_scalar(
 fn fit(
     session: &Session,
     plan: &Plan,
-    readings: &Readings,
+    readings: &MeasurementSet,
     joint: usize,
     errors: &mut CarriedErrors,
     environment: &SolveEnvironment<'_>,

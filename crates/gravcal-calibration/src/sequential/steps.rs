@@ -8,7 +8,7 @@ use super::carried::CarriedErrors;
 use super::gain::{Gain, find_gain};
 use super::gravity::find_gravity;
 use super::values::{Gravity, SequentialValues, impossible};
-use crate::joint::{self, Readings, Signals, State};
+use crate::joint::{self, MeasurementSet, Signals, State};
 use crate::plan::Plan;
 
 /// Results that steps are handed instead of those of the steps before: to learn which step's errors reach what.
@@ -42,7 +42,7 @@ pub fn run_steps_handed(
     let mut errors = CarriedErrors::none(session.joints.len());
     let mut biases = Vec::new();
     for joint in joints.clone() {
-        let mut find = |readings: &Readings| find_bias(session, plan, readings, joint, &mut errors, environment);
+        let mut find = |readings: &MeasurementSet| find_bias(session, plan, readings, joint, &mut errors, environment);
         let mut bias = find(&readings);
         if let (Some(std), true) = (bias.residual_std, session.noise_estimated()[joint]) {
             readings.noise[joint] = std;

@@ -8,7 +8,7 @@ use gravcal_robot_model::session::Session;
 
 use super::found::Missing;
 use super::values::SequentialValues;
-use crate::joint::{self, EstimateError, Readings, solve_built};
+use crate::joint::{self, EstimateError, MeasurementSet, solve_built};
 use crate::judgement::{determined_moments, gravity_result};
 use crate::result::{
     Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
@@ -108,7 +108,7 @@ pub fn tell_steps_briefly(session: &Session, known: &SequentialValues) -> Brief 
     }
 }
 
-fn tell_uncertainty(session: &Session, readings: &Readings) -> UncertaintyResult {
+fn tell_uncertainty(session: &Session, readings: &MeasurementSet) -> UncertaintyResult {
     let source = match session.noise_estimated().contains(&true) {
         true => NoiseSource::Residuals,
         false if readings.unexplained_found(session) => NoiseSource::StatedAndUnexplained,

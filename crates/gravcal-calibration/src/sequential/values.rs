@@ -7,7 +7,7 @@ use super::bias::Bias;
 use super::carried::CarriedErrors;
 use super::contradiction::NoiseScale;
 use super::found::{Found, Frozen, Missing};
-use crate::joint::{Readings, State};
+use crate::joint::{MeasurementSet, State};
 use crate::plan::Plan;
 
 /// What the steps found for one joint.
@@ -47,7 +47,7 @@ pub struct SequentialValues {
     /// Solver iterations of all steps.
     pub iterations: usize,
     /// The readings with the noise that was stated or found.
-    pub readings: Readings,
+    pub readings: MeasurementSet,
     /// Why there is nothing that the steps could do.
     pub impossible: Option<Missing>,
     /// Degrees of freedom of the residuals of step 1 by joint, none where it had no sweep.
@@ -58,7 +58,7 @@ pub struct SequentialValues {
 impl SequentialValues {
     pub(super) fn after_step_1(
         biases: &[Bias],
-        readings: Readings,
+        readings: MeasurementSet,
         errors: CarriedErrors,
         impossible: Option<Missing>,
     ) -> SequentialValues {
@@ -83,7 +83,7 @@ impl SequentialValues {
         }
     }
 
-    pub(super) fn without_steps(session: &Session, plan: &Plan, readings: Readings) -> SequentialValues {
+    pub(super) fn without_steps(session: &Session, plan: &Plan, readings: MeasurementSet) -> SequentialValues {
         let not_done = || Err(Missing::new("not reached", ""));
         let sensors = session.joints.iter().map(|_| SensorValues {
             torque_gain: not_done(),

@@ -4,16 +4,16 @@ use gravcal_robot_model::session::Session;
 use gravcal_session::simulation::Simulation;
 use nalgebra::{DMatrix, Matrix3};
 
-use crate::joint::{self, JointProblem, Readings, Signals, Solved, estimate_jointly};
+use crate::joint::{self, JointProblem, MeasurementSet, Signals, Solved, estimate_jointly};
 use crate::result::Verdict;
 use crate::testing::{sarcos_with_instruments, with_environment};
 
 /// Only the channels for which `keep` holds.
-fn part(session: &Session, keep: impl Fn(usize) -> bool) -> Readings {
+fn part(session: &Session, keep: impl Fn(usize) -> bool) -> MeasurementSet {
     joint::select(session, Signals::All).only(|_, channel| keep(channel))
 }
 
-fn at_truth(simulation: &Simulation, session: &Session, readings: Readings) -> Solved {
+fn at_truth(simulation: &Simulation, session: &Session, readings: MeasurementSet) -> Solved {
     let built = joint::build_problem(session, &readings, &simulation.truth).unwrap();
     Solved::at_start(readings, built).unwrap()
 }

@@ -12,7 +12,7 @@ use super::order::Order;
 
 /// Which readings enter, and how uncertain they are.
 #[derive(Clone, Debug)]
-pub struct Readings {
+pub struct MeasurementSet {
     /// Channels that enter, for each pose of the session: see [`Session::channel_count`].
     pub used: Vec<Arc<[usize]>>,
     /// Largest less smallest reading of each channel, of all poses of the session: see [`Session::spreads`].
@@ -43,9 +43,9 @@ pub(super) struct Bending {
     pub torques: Vec<Vec<f64>>,
 }
 
-impl Readings {
+impl MeasurementSet {
     /// Every reading of the session for which `keep(pose, channel)` holds, copies of rows left out, with a first guess of unstated noise.
-    pub fn select(session: &Session, keep: impl Fn(usize, usize) -> bool) -> Readings {
+    pub fn select(session: &Session, keep: impl Fn(usize, usize) -> bool) -> MeasurementSet {
         let all: Arc<[usize]> = (0..session.channel_count()).collect();
         let used = vec![all; session.poses.len()];
         let spreads: Arc<[f64]> = session.spreads().into();
@@ -53,14 +53,14 @@ impl Readings {
         let floor = vec![0.0; noise.len()].into();
         let (unexplained, loss, order) = (stated(session), session.loss, Order::Together);
         let (at_rest, bending) = (Vec::new(), None);
-        let readings = Readings { used, spreads, noise, unexplained, at_rest, bending, floor, loss, order };
+        let readings = MeasurementSet { used, spreads, noise, unexplained, at_rest, bending, floor, loss, order };
         let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
         readings
             .only(|pose, channel| !repeated(pose) && session.reading(pose, channel).is_some() && keep(pose, channel))
     }
 
     /// The same, but only readings for which `keep(pose, channel)` holds.
-    pub fn only(&self, keep: impl Fn(usize, usize) -> bool) -> Readings {
+    pub fn only(&self, keep: impl Fn(usize, usize) -> bool) -> MeasurementSet {
         let of_pose = |(pose, used): (usize, &Arc<[usize]>)| {
             let kept = || used.iter().copied().filter(|channel| keep(pose, *channel));
             match kept().count() {
@@ -70,13 +70,13 @@ impl Readings {
             }
         };
         let used = self.used.iter().enumerate().map(of_pose).collect();
-        Readings { used, ..self.clone() }
+        MeasurementSet { used, ..self.clone() }
     }
 
     /// The same as if each were uncertain by a hundredth of its channel's spread at least. What explains readings so roughly lies where
     /// the reference prior has a say: at plausible values, and not in one of the deep and narrow minima that small noise makes of odd ones.
-    pub(super) fn roughly(&self, session: &Session) -> Readings {
-        Readings { floor: first_noise(session, &self.spreads).into(), ..self.clone() }
+    pub(super) fn roughly(&self, session: &Session) -> MeasurementSet {
+        MeasurementSet { floor: first_noise(session, &self.spreads).into(), ..self.clone() }
     }
 
     /// How many poses have a reading that enters.
