@@ -69,10 +69,10 @@ fn run(arguments: &Arguments) -> Result<(), String> {
                 able &= arch.dispatch(Together { arm: &arm, sample, part, out: &mut lanes });
             }
         });
-        let told = |seconds: f64| microseconds(seconds / SAMPLES as f64);
-        let together = if able { told(together) } else { "–".into() };
+        let reported = |seconds: f64| microseconds(seconds / SAMPLES as f64);
+        let together = if able { reported(together) } else { "–".into() };
         let theirs = peer.get(key).map_or_else(|| "–".into(), |time: &f64| format!("{time:.2}"));
-        println!("| {name} | {} | {together} | {theirs} |", told(single));
+        println!("| {name} | {} | {together} | {theirs} |", reported(single));
     }
     if let Some(call) = peer.get("call") {
         println!(

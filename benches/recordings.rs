@@ -42,16 +42,16 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let size = fs::metadata(&path).map_err(|error| error.to_string())?.len();
     println!("{messages} messages, {:.0} MB", size as f64 * 1e-6);
     println!("{:28} {:>10} {:>12} {:>9} {:>12}", "", "s", "messages/s", "MB/s", "peak MB");
-    let tell = |what: &str, seconds: f64| {
+    let report = |what: &str, seconds: f64| {
         let [rate, speed] = [messages as f64, size as f64 * 1e-6].map(|amount| amount / seconds);
         println!("{what:28} {seconds:>10.2} {rate:>12.0} {speed:>9.1} {:>12}", peak());
     };
     let (ours, count) = timed(|| read(&path))?;
-    tell("gravcal, rows", ours);
+    report("gravcal, rows", ours);
     let (inspected, rows) = timed(|| inspect(&path, &|_| {}).map(|found| found.rows).map_err(|e| e.to_string()))?;
-    tell("gravcal inspect", inspected);
+    report("gravcal inspect", inspected);
     let (alone, messages_alone) = timed(|| iterate(&path))?;
-    tell("mcap alone, messages", alone);
+    report("mcap alone, messages", alone);
     if [count, rows, messages_alone] != [messages; 3] {
         return Err(format!("of {messages} messages, {count}, {rows} and {messages_alone} were read"));
     }

@@ -103,7 +103,7 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
         .collect::<Result<_, String>>()?;
     bar.finish_and_clear();
     let outcomes: Vec<Outcome> = outcomes.into_iter().flatten().collect();
-    Ok(tell(arguments.wrong, &outcomes))
+    Ok(report(arguments.wrong, &outcomes))
 }
 
 /// Nothing where there is no answer, or one that failed.
@@ -167,7 +167,7 @@ fn spoil(truth: &mut Truth, wrong: Wrong, size: Option<f64>, joint: usize) -> us
     }
 }
 
-fn tell(wrong: Wrong, outcomes: &[Outcome]) -> bool {
+fn report(wrong: Wrong, outcomes: &[Outcome]) -> bool {
     let tested: Vec<&Outcome> =
         outcomes.iter().filter(|outcome| outcome.verdict != Verdict::Failed && !outcome.tests.is_empty()).collect();
     let share = |is: &dyn Fn(&&&Outcome) -> bool| tested.iter().filter(is).count() as f64 / tested.len().max(1) as f64;
@@ -186,9 +186,9 @@ fn tell(wrong: Wrong, outcomes: &[Outcome]) -> bool {
     if wrong == Wrong::Nothing {
         for outcome in tested.iter().filter(alarmed) {
             let named = outcome.tests.iter().filter(|test| test.named);
-            let told: Vec<String> =
+            let reported: Vec<String> =
                 named.map(|test| format!("{} {} p {:.1e}", test.channel, test.kind, test.corrected_p_value)).collect();
-            println!("  {}: {}", outcome.name, told.join("; "));
+            println!("  {}: {}", outcome.name, reported.join("; "));
         }
         return share(&alarmed) <= FALSE_ALARMS;
     }

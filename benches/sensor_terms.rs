@@ -104,21 +104,21 @@ fn run() -> Result<(), String> {
         println!("term alone: by hand {by_hand:.1} ns, by dual numbers {by_dual:.1} ns");
         let affine = linearization("", 0)?;
         println!("sensors             joints  columns  µs a pose  beside affine");
-        tell("affine", 0, affine, affine.0);
+        report("affine", 0, affine, affine.0);
         for (what, kind) in [
             ("by hand", "kind = \"by-hand\", "),
             ("by dual numbers", "kind = \"by-dual\", "),
             ("formula", &format!("kind = \"formula\", {FORMULA}")),
         ] {
             for joints in [1, JOINTS] {
-                tell(what, joints, linearization(kind, joints)?, affine.0);
+                report(what, joints, linearization(kind, joints)?, affine.0);
             }
         }
         Ok(())
     })
 }
 
-fn tell(what: &str, joints: usize, (seconds, columns): (f64, usize), affine: f64) {
+fn report(what: &str, joints: usize, (seconds, columns): (f64, usize), affine: f64) {
     println!("{what:18} {joints:7} {columns:8} {:10.3} {:+13.1} %", 1e6 * seconds, 100.0 * (seconds / affine - 1.0));
 }
 

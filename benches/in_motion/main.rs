@@ -93,8 +93,8 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let draws: Vec<Vec<Found>> = (0..arguments.draws).into_par_iter().map(draw).collect::<Result<_, _>>()?;
     bar.finish_and_clear();
     match arguments.line {
-        Line::Coverage => tell_coverage(&draws),
-        Line::Bound => tell_bound(&draws, &bound(&arm)),
+        Line::Coverage => report_coverage(&draws),
+        Line::Bound => report_bound(&draws, &bound(&arm)),
     }
     Ok(())
 }
@@ -125,9 +125,9 @@ fn found(arm: &Arm, session: &Session) -> Result<Vec<Found>, String> {
     for (joint, described) in arm.robot.chain.joints().iter().enumerate() {
         for (number, quantity) in QUANTITIES.iter().enumerate() {
             let name = format!("{}.{quantity}", described.name);
-            let told = brief.parameters.iter().find(|parameter| parameter.name == name);
-            let told = told.ok_or_else(|| format!("nothing is told of {name}"))?;
-            if let (Some(value), Some(interval), None) = (told.value, told.ci95, &told.held) {
+            let reported = brief.parameters.iter().find(|parameter| parameter.name == name);
+            let reported = reported.ok_or_else(|| format!("nothing is told of {name}"))?;
+            if let (Some(value), Some(interval), None) = (reported.value, reported.ci95, &reported.held) {
                 let place = 2 + QUANTITIES.len() * joint + number;
                 found.push(Found { quantity, place: Some(place), truth: arm.truth[place], value, interval });
             }
@@ -145,18 +145,18 @@ fn quantities() -> impl Iterator<Item = &'static str> {
     QUANTITIES.into_iter().chain(["gravity"])
 }
 
-fn tell_coverage(draws: &[Vec<Found>]) {
+fn report_coverage(draws: &[Vec<Found>]) {
     println!("{:18}  {:>9}  {:>8}", "", "intervals", "hold, %");
-    let tell = |name: &str, chosen: &dyn Fn(&&Found) -> bool| {
+    let report = |name: &str, chosen: &dyn Fn(&&Found) -> bool| {
         let own: Vec<&Found> = draws.iter().flatten().filter(chosen).collect();
         let holds = own.iter().filter(|f| f.interval[0] <= f.truth && f.truth <= f.interval[1]).count();
         println!("{name:18}  {:>9}  {:>8.1}", own.len(), 100.0 * holds as f64 / own.len() as f64);
     };
-    quantities().for_each(|quantity| tell(quantity, &|found| found.quantity == quantity));
-    tell("all", &|_| true);
+    quantities().for_each(|quantity| report(quantity, &|found| found.quantity == quantity));
+    report("all", &|_| true);
 }
 
-fn tell_bound(draws: &[Vec<Found>], bound: &[f64]) {
+fn report_bound(draws: &[Vec<Found>], bound: &[f64]) {
     println!("{:18}  {:>9}  {:>27}", "", "told", "error / bound (rms; by joint)");
     for quantity in QUANTITIES {
         let ratio = |place: usize| {

@@ -72,7 +72,7 @@ pub struct Judged {
     /// the truth.
     pub errors: Vec<(f64, bool)>,
     /// Names of all that is told.
-    pub told: Vec<String>,
+    pub reported: Vec<String>,
     /// How many values are determined well enough to be of use, by their bounds; and how many of these are told.
     pub of_use: [usize; 2],
 }
@@ -104,7 +104,7 @@ impl Judged {
             let estimated = Estimated::of(parameter);
             self.count_use(known.determined() && known.bound <= limit, estimated.is_some());
             if let Some(estimated) = estimated {
-                self.told.push(name.clone());
+                self.reported.push(name.clone());
                 self.value(name, &estimated, value, known);
             }
         }
@@ -116,7 +116,7 @@ impl Judged {
         let determined = known.iter().all(Information::determined);
         self.count_use(determined && known.iter().all(|known| known.bound <= USE_ANGLE), result.gravity.is_some());
         let Some(found) = &result.gravity else { return };
-        self.told.push("gravity".to_owned());
+        self.reported.push("gravity".to_owned());
         let GravityResult { vector_m_per_s2: vector, std_m_per_s2: std, ci95_m_per_s2: ci95, .. } = found;
         if truth.gravity.dot(&Vector3::from(*vector)) < 0.0 {
             self.wrong.push((Cause::UpsideDown, format!("gravity {vector:.3?}")));
@@ -156,15 +156,15 @@ impl Judged {
         }
     }
 
-    fn count_use(&mut self, of_use: bool, told: bool) {
+    fn count_use(&mut self, of_use: bool, reported: bool) {
         self.of_use[0] += usize::from(of_use);
-        self.of_use[1] += usize::from(of_use && told);
+        self.of_use[1] += usize::from(of_use && reported);
     }
 
     /// Takes up what is wrong with the answer of another method, and where it tells other parameters.
     pub fn beside(&mut self, method: &str, other: Judged) {
         let only = |a: &[String], b: &[String]| a.iter().filter(|name| !b.contains(name)).cloned().collect::<Vec<_>>();
-        let (more, less) = (only(&other.told, &self.told), only(&self.told, &other.told));
+        let (more, less) = (only(&other.reported, &self.reported), only(&self.reported, &other.reported));
         self.wrong.extend(other.wrong.into_iter().map(|(cause, words)| (cause, format!("{method}: {words}"))));
         if !more.is_empty() || !less.is_empty() {
             self.wrong.push((Cause::Differs, format!("{method} also tells {more:?}, does not tell {less:?}")));

@@ -111,16 +111,16 @@ fn the_judge_finds_what_is_wrong() {
     };
     assert_eq!(
         changed(&|result| {
-            let told = gain(result);
-            let (value, std) = (result.parameters[told].value.unwrap(), result.parameters[told].std.unwrap());
-            result.parameters[told].value = Some(value + 15.0 * std);
+            let reported = gain(result);
+            let (value, std) = (result.parameters[reported].value.unwrap(), result.parameters[reported].std.unwrap());
+            result.parameters[reported].value = Some(value + 15.0 * std);
         }),
         [Cause::Far]
     );
     assert!(
         changed(&|result| {
-            let told = gain(result);
-            result.parameters[told].std = result.parameters[told].std.map(|std| 0.3 * std);
+            let reported = gain(result);
+            result.parameters[reported].std = result.parameters[reported].std.map(|std| 0.3 * std);
         })
         .contains(&Cause::Narrow)
     );
@@ -167,7 +167,7 @@ const ONCE_WRONG: [(u64, u64); 14] = [
 ];
 
 #[test]
-fn of_sessions_that_were_once_wrong_nothing_wrong_is_told() {
+fn of_sessions_that_were_once_wrong_nothing_wrong_is_reported() {
     let robots = match Arms::All.robots() {
         Ok(robots) => robots,
         Err(absent) => return println!("SKIPPED: {absent}"),

@@ -56,7 +56,7 @@ fn rows(trials: &[Trial]) -> Vec<(String, String)> {
     let of_cause = |cause| count(&|trial| trial.judged.causes().contains(&cause));
     rows.extend(Cause::ALL.map(|cause| (cause.to_string(), of_cause(cause).to_string())));
     rows.extend([
-        ("told of what is determined well enough to be of use".to_owned(), told(trials)),
+        ("told of what is determined well enough to be of use".to_owned(), reported(trials)),
         ("within the 95 % interval".to_owned(), covered(trials)),
         ("largest error, standard deviations".to_owned(), largest(trials)),
         ("processor time of a session: median, largest".to_owned(), times(trials)),
@@ -85,9 +85,9 @@ pub fn is_wrong(trial: &Trial) -> bool {
     !trial.judged.wrong.is_empty()
 }
 
-fn told(trials: &[Trial]) -> String {
-    let [all, told] = [0, 1].map(|which| trials.iter().map(|trial| trial.judged.of_use[which]).sum::<usize>());
-    format!("{told} of {all} ({:.1} %)", percent(told, all))
+fn reported(trials: &[Trial]) -> String {
+    let [all, reported] = [0, 1].map(|which| trials.iter().map(|trial| trial.judged.of_use[which]).sum::<usize>());
+    format!("{reported} of {all} ({:.1} %)", percent(reported, all))
 }
 
 fn covered(trials: &[Trial]) -> String {

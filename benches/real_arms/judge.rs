@@ -14,7 +14,7 @@ use crate::arms::arms;
 use crate::line::{Line, Setting};
 
 /// An estimated number beside the truth.
-pub struct Told {
+pub struct Reported {
     /// `joint2.torque_gain`.
     pub name: String,
     /// In standard deviations.
@@ -27,7 +27,7 @@ pub struct Told {
 /// What a session comes to.
 pub struct Judged {
     pub exit: u8,
-    pub told: Vec<Told>,
+    pub reported: Vec<Reported>,
     /// Whether the report has the word that was looked for.
     pub named: bool,
 }
@@ -54,10 +54,12 @@ pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Op
                 Verdict::PartlyDetermined => 3,
                 Verdict::Failed => 4,
             },
-            told: told(setting, &simulation, &result),
+            reported: reported(setting, &simulation, &result),
             named: named.is_some_and(|word| has(&result, word)),
         },
-        Err(refused) => Judged { exit: 2, told: Vec::new(), named: named.is_some_and(|word| refused.contains(word)) },
+        Err(refused) => {
+            Judged { exit: 2, reported: Vec::new(), named: named.is_some_and(|word| refused.contains(word)) }
+        }
     })
 }
 
@@ -70,7 +72,7 @@ fn calibrated(path: &Path) -> Result<EstimatorResult, String> {
 }
 
 /// Whatever was estimated and has a truth; the friction of a session that estimates it stands for bristles, and has none.
-fn told(setting: &Setting, simulation: &Simulation, result: &EstimatorResult) -> Vec<Told> {
+fn reported(setting: &Setting, simulation: &Simulation, result: &EstimatorResult) -> Vec<Reported> {
     let session = &simulation.template;
     let of = |id| {
         let name = session.parameter_name(id);
@@ -79,7 +81,7 @@ fn told(setting: &Setting, simulation: &Simulation, result: &EstimatorResult) ->
         let has_truth = std > 0.0 && !(setting.line == Line::Coulomb && name.ends_with("coulomb_friction"));
         let truth = simulation.truth.value(id);
         let held = (ci95[0]..=ci95[1]).contains(&truth);
-        has_truth.then(|| Told { error: (value - truth) / std, held, std, name })
+        has_truth.then(|| Reported { error: (value - truth) / std, held, std, name })
     };
     session.parameters().into_iter().filter_map(of).collect()
 }

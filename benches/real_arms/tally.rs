@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use clap::ValueEnum;
 
-use crate::judge::{Judged, Told};
+use crate::judge::{Judged, Reported};
 use crate::line::Line;
 
 /// What the columns of a row are.
@@ -28,14 +28,20 @@ pub fn heading() -> String {
 /// One row.
 pub fn row(line: Line, friction: f64, sessions: &[Judged]) -> String {
     let exits = [0, 2, 3, 4].map(|exit| sessions.iter().filter(|session| session.exit == exit).count().to_string());
-    let all = || sessions.iter().flat_map(|session| &session.told);
-    let (biases, others): (Vec<&Told>, Vec<&Told>) = all().partition(|told| told.name.ends_with("_bias"));
-    let relied_on: Vec<&Told> = sessions.iter().filter(|session| session.exit == 0).flat_map(|s| &s.told).collect();
-    let share = |told: &[&Told]| 100.0 * told.iter().filter(|told| told.held).count() as f64 / told.len() as f64;
-    let squares = all().map(|told| told.error * told.error);
+    let all = || sessions.iter().flat_map(|session| &session.reported);
+    let (biases, others): (Vec<&Reported>, Vec<&Reported>) =
+        all().partition(|reported| reported.name.ends_with("_bias"));
+    let relied_on: Vec<&Reported> =
+        sessions.iter().filter(|session| session.exit == 0).flat_map(|s| &s.reported).collect();
+    let share = |reported: &[&Reported]| {
+        100.0 * reported.iter().filter(|reported| reported.held).count() as f64 / reported.len() as f64
+    };
+    let squares = all().map(|reported| reported.error * reported.error);
     let rms = (squares.sum::<f64>() / all().count() as f64).sqrt();
-    let largest = |told: &mut dyn Iterator<Item = &Told>| told.map(|told| told.error.abs()).fold(0.0, f64::max);
-    let mut stds: Vec<f64> = others.iter().map(|told| told.std).collect();
+    let largest = |reported: &mut dyn Iterator<Item = &Reported>| {
+        reported.map(|reported| reported.error.abs()).fold(0.0, f64::max)
+    };
+    let mut stds: Vec<f64> = others.iter().map(|reported| reported.std).collect();
     stds.sort_by(f64::total_cmp);
     // Parameters of one session are not independent: a session counts as a few of them.
     let noise = 100.0 * (0.05 * 0.95 / (sessions.len() as f64 * 5.0)).sqrt();
@@ -56,11 +62,11 @@ pub fn row(line: Line, friction: f64, sessions: &[Judged]) -> String {
 }
 
 /// The parameter whose interval holds the truth least often.
-fn worst<'t>(all: impl Iterator<Item = &'t Told>) -> String {
+fn worst<'t>(all: impl Iterator<Item = &'t Reported>) -> String {
     let mut held: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
-    for told in all {
-        let [holds, count] = held.entry(&told.name).or_default();
-        *holds += usize::from(told.held);
+    for reported in all {
+        let [holds, count] = held.entry(&reported.name).or_default();
+        *holds += usize::from(reported.held);
         *count += 1;
     }
     let share = |[holds, count]: [usize; 2]| 100.0 * holds as f64 / count as f64;

@@ -31,22 +31,22 @@ pub(crate) fn run(simulation: &Simulation) -> Result<(), String> {
 
 /// A recording of seven joints out of one of three: its numbers over and over. Gives the number of messages.
 fn seven_joints(simulation: &Simulation, folder: &Path, path: &Path) -> Result<u64, String> {
-    let told = |error: &dyn std::fmt::Display| error.to_string();
+    let reported = |error: &dyn std::fmt::Display| error.to_string();
     let mut simulation = super::paper::procedure(simulation);
     simulation.template.tables.truncate(2);
     simulation.runs.truncate(2);
-    let files = write_session(&simulation, 0, folder, false).map_err(|error| told(&error))?;
+    let files = write_session(&simulation, 0, folder, false).map_err(|error| reported(&error))?;
     let mut columns = vec!["time_s".to_owned()];
     for quantity in ["position", "velocity", "effort"] {
         columns.extend((1..=JOINTS).map(|joint| format!("j{joint}.{quantity}")));
     }
     let heading = Heading { columns, ..Heading::default() };
-    let mut writer = create(path, &heading, false).map_err(|error| told(&error))?;
+    let mut writer = create(path, &heading, false).map_err(|error| reported(&error))?;
     let mut count = 0;
     for file in &files[1..=2] {
-        let mut rows = open(file).map_err(|error| told(&error))?;
+        let mut rows = open(file).map_err(|error| reported(&error))?;
         let mut row = Row::default();
-        while rows.read(&mut row).map_err(|error| told(&error))? {
+        while rows.read(&mut row).map_err(|error| reported(&error))? {
             let place = |name: &str| rows.columns().iter().position(|column| column == name);
             let (Some(time), Some(q), Some(y)) = (place("time_s"), place("joint1.position"), place("joint1.effort"))
             else {
@@ -58,11 +58,11 @@ fn seven_joints(simulation: &Simulation, folder: &Path, path: &Path) -> Result<u
             cells.extend((0..JOINTS).map(|joint| cell(q, joint)));
             cells.extend((0..JOINTS).map(|_| 0.0));
             cells.extend((0..JOINTS).map(|joint| cell(y, joint)));
-            writer.write(&cells).map_err(|error| told(&error))?;
+            writer.write(&cells).map_err(|error| reported(&error))?;
             count += 1;
         }
     }
-    writer.finish().map_err(|error| told(&error))?;
+    writer.finish().map_err(|error| reported(&error))?;
     Ok(count)
 }
 
@@ -85,20 +85,20 @@ fn read(path: &Path) -> Result<f64, String> {
 }
 
 fn searched(path: &Path) -> Result<usize, String> {
-    let told = |error: &dyn std::fmt::Display| error.to_string();
+    let reported = |error: &dyn std::fmt::Display| error.to_string();
     let position = |joint: usize| {
-        Ok(PositionColumn { column: format!("j{joint}.position"), unit: "rad".parse().map_err(|e| told(&e))? })
+        Ok(PositionColumn { column: format!("j{joint}.position"), unit: "rad".parse().map_err(|e| reported(&e))? })
     };
     let torque = |joint: usize| {
         let column = ReadingColumn { column: format!("j{joint}.effort"), ..ReadingColumn::default() };
-        Ok(Some((column, "count".parse().map_err(|e| told(&e))?)))
+        Ok(Some((column, "count".parse().map_err(|e| reported(&e))?)))
     };
     let mapping = PoseMapping {
         positions: (1..=JOINTS).map(position).collect::<Result<_, String>>()?,
         torques: (1..=JOINTS).map(torque).collect::<Result<_, String>>()?,
         ..PoseMapping::default()
     };
-    let mut rows = open(path).map_err(|error| told(&error))?;
-    let found = static_poses(path, rows.as_mut(), &mapping, &Stillness::default()).map_err(|error| told(&error))?;
+    let mut rows = open(path).map_err(|error| reported(&error))?;
+    let found = static_poses(path, rows.as_mut(), &mapping, &Stillness::default()).map_err(|error| reported(&error))?;
     Ok(found.found.len())
 }

@@ -63,9 +63,9 @@ fn section<'t>(text: &'t str, heading: &str) -> &'t str {
 }
 
 /// Every line of a block is printed, however it is set apart.
-fn assert_prints(printed: &str, told: &str) {
+fn assert_prints(printed: &str, reported: &str) {
     let printed: BTreeSet<String> = printed.lines().map(words).collect();
-    let absent: Vec<&str> = told.lines().filter(|line| !printed.contains(&words(line))).collect();
+    let absent: Vec<&str> = reported.lines().filter(|line| !printed.contains(&words(line))).collect();
     assert!(absent.is_empty(), "gravcal does not print {absent:#?}, but {printed:#?}");
 }
 
@@ -91,7 +91,7 @@ fn the_tutorial_runs_and_prints_what_it_says() {
 }
 
 fn columns_are_swapped(section: &str, folder: &Path) {
-    let [line, command, told] = blocks(section, "text")[..] else { panic!("{section}") };
+    let [line, command, reported] = blocks(section, "text")[..] else { panic!("{section}") };
     let session = folder.join("my-session.toml");
     let right = fs::read_to_string(&session).unwrap();
     let wrong: Vec<&str> =
@@ -100,11 +100,13 @@ fn columns_are_swapped(section: &str, folder: &Path) {
     fs::write(&session, wrong.join("\n")).unwrap();
     let run = gravcal_in(folder, command.trim_end().strip_prefix("gravcal ").unwrap().split(' '));
     assert_eq!(run.code, 4, "{run:?}");
-    assert_prints(&run.stdout, told);
+    assert_prints(&run.stdout, reported);
 }
 
 fn a_recording_is_calibrated(section: &str, folder: &Path) {
-    let [moves, record, hemisphere, load, calibrate, told] = blocks(section, "text")[..] else { panic!("{section}") };
+    let [moves, record, hemisphere, load, calibrate, reported] = blocks(section, "text")[..] else {
+        panic!("{section}")
+    };
     let replaced = |file: &str, start: &str, lines: &str| {
         let text = fs::read_to_string(folder.join(file)).unwrap();
         assert_eq!(text.lines().filter(|line| line.starts_with(start)).count(), 1, "{text}");
@@ -119,7 +121,7 @@ fn a_recording_is_calibrated(section: &str, folder: &Path) {
     let session = replaced("recorded-session.toml", "# hemisphere", hemisphere);
     fs::write(folder.join("recorded-session.toml"), format!("{session}\n{load}")).unwrap();
     let printed: Vec<String> = calibrate.lines().map(|line| run(line, folder)).collect();
-    assert_prints(&printed[1], told);
+    assert_prints(&printed[1], reported);
 }
 
 #[test]

@@ -37,15 +37,16 @@ fn largest_difference(one: &Estimator, other: &Estimator) -> f64 {
 }
 
 #[test]
-fn what_goes_against_it_is_told_before_anything_is_solved() {
+fn what_goes_against_it_is_reported_before_anything_is_solved() {
     let folder = small_session();
     let session = folder.path().join("session.toml");
     let text = fs::read_to_string(&session).unwrap();
     let robust = text.replace("[gravity]", "[loss]\nkind = \"huber\"\n\n[gravity]");
     fs::write(&session, format!("estimators = [\"recursive\"]\n{robust}")).unwrap();
     let refused = Calibration::of(&session).run;
-    let told = ["session.toml:1: estimators: `recursive` takes readings group by group", "[loss]", "choose `joint`"];
-    assert_eq!(refused.refusal(&told), None);
+    let reported =
+        ["session.toml:1: estimators: `recursive` takes readings group by group", "[loss]", "choose `joint`"];
+    assert_eq!(refused.refusal(&reported), None);
 
     let scattered = tree::experiment("seven-joints-tilted").join("session.toml");
     for estimator in ["sequential-with-covariance", "joint-paper-signals"] {

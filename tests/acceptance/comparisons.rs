@@ -57,8 +57,8 @@ fn a_moved_gain_is_named_and_noise_is_not() {
     let quiet = compare(&[a, c, "--quiet"]);
     assert_eq!((quiet.code, quiet.stdout.as_str()), (3, ""));
     // The steps' standard deviations leave out the errors of the steps before.
-    let told = ["estimator `sequential` cannot be compared", "hint: leave --estimator away"];
-    assert_eq!(compare(&[a, b, "--estimator", "sequential"]).refusal(&told), None);
+    let reported = ["estimator `sequential` cannot be compared", "hint: leave --estimator away"];
+    assert_eq!(compare(&[a, b, "--estimator", "sequential"]).refusal(&reported), None);
     other_robots(folder.path());
     // A calibration against itself shares its recordings.
     let itself = compare(&[a, a]);
@@ -73,8 +73,8 @@ fn other_robots(folder: &Path) {
         gravcal_in(folder, ["compare", "a/calibration.json", name])
     };
     let other = compare("other.json", text.replace("joint", "axis").replace("\"axis\"", "\"joint\""));
-    let told = ["a/calibration.json, other.json: no sensor is in all", "hint: compare calibrations of one robot"];
-    assert_eq!(other.refusal(&told), None);
+    let reported = ["a/calibration.json, other.json: no sensor is in all", "hint: compare calibrations of one robot"];
+    assert_eq!(other.refusal(&reported), None);
     let volts = compare("volts.json", text.replace("count/(N·m)", "V/(N·m)"));
     assert_eq!(volts.refusal(&["a/calibration.json and volts.json: joint1.torque_gain is in count/(N·m)"]), None);
     let mut changed: serde_json::Value = serde_json::from_str(&text).unwrap();

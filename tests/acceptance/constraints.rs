@@ -100,9 +100,9 @@ fn a_mass_that_would_be_negative_is_zero_and_named() {
     let folder = lift("", "");
     let run = calibrate(folder.path(), &[]);
     assert_eq!(run.code, 0, "{run:?}");
-    let told = "Active constraints, and by how much ½ χ² would fall if they gave way\n  \
+    let reported = "Active constraints, and by how much ½ χ² would fall if they gave way\n  \
                 platform.mass is at least 0: 43.2 per kg\n";
-    assert!(run.stdout.contains(told), "{}", run.stdout);
+    assert!(run.stdout.contains(reported), "{}", run.stdout);
     let joint = joint(folder.path());
     let [active] = &joint.active_constraints[..] else { panic!("{joint:?}") };
     assert_eq!((active.constraint.as_str(), active.unit.as_str()), ("platform.mass is at least 0", "kg"));
@@ -150,7 +150,7 @@ fn gains_stay_within_what_is_allowed() {
 }
 
 #[test]
-fn constraints_that_make_no_sense_are_told() {
+fn constraints_that_make_no_sense_are_reported() {
     let mistakes: [(&str, &[&str]); 6] = [
         (
             "center_of_mass_within_m = -0.1",
@@ -174,9 +174,9 @@ fn constraints_that_make_no_sense_are_told() {
             &["session.toml:36: constraints.center_of_mass_within_m: ", "expected one number for all links or a table"],
         ),
     ];
-    for (written, told) in mistakes {
+    for (written, reported) in mistakes {
         let folder = lift("masses = \"positive\"", written);
-        assert_eq!(calibrate(folder.path(), &[]).refusal(told), None, "{written}");
+        assert_eq!(calibrate(folder.path(), &[]).refusal(reported), None, "{written}");
         assert!(!folder.path().join(RESULTS).exists(), "{written}");
     }
 }
@@ -185,9 +185,9 @@ fn constraints_that_make_no_sense_are_told() {
 fn constraints_that_would_not_be_obeyed_are_refused() {
     let folder = lift("", "");
     let refused = calibrate(folder.path(), &["--solver", "levenberg-marquardt"]);
-    let told =
+    let reported =
         ["session.toml:35: constraints: levenberg-marquardt cannot take", "platform.mass is at least 0", "clarabel"];
-    assert_eq!(refused.refusal(&told), None);
+    assert_eq!(refused.refusal(&reported), None);
     let refused = calibrate(folder.path(), &["--estimator", "sequential"]);
     assert_eq!(refused.refusal(&["session.toml:35: constraints: only the joint estimators obey constraints"]), None);
     assert!(!folder.path().join(RESULTS).exists());

@@ -61,7 +61,7 @@ fn first() -> Vec<u8> {
 }
 
 /// Values and standard deviations of what is asked for, gravity first.
-fn told(calibration: &Calibration) -> Vec<(String, f64, f64)> {
+fn reported(calibration: &Calibration) -> Vec<(String, f64, f64)> {
     let joint = calibration.estimator("joint");
     assert_eq!(joint.verdict, "determined", "{:?}", calibration.run);
     let gravity = joint.gravity.unwrap();
@@ -73,8 +73,8 @@ fn told(calibration: &Calibration) -> Vec<(String, f64, f64)> {
 #[test]
 fn half_and_half_are_the_whole() {
     let second = second_with(PRIOR, &first());
-    let (half, chained) = (told(&calibrate(self::half(1).path())), told(&calibrate(second.path())));
-    let all = told(&calibrate(quiet_session().path()));
+    let (half, chained) = (reported(&calibrate(self::half(1).path())), reported(&calibrate(second.path())));
+    let all = reported(&calibrate(quiet_session().path()));
     for ((name, value, std), ((other, chained_value, chained_std), (_, _, half_std))) in
         all.iter().zip(chained.iter().zip(&half))
     {
@@ -90,12 +90,13 @@ fn half_and_half_are_the_whole() {
 fn sensors_alone_are_known_when_all_else_has_changed() {
     let found = first();
     let sensors = PRIOR.replace("unchanged = [\"base\", \"links\", \"loads\"]\n", "");
-    let [all, some] = [PRIOR, sensors.as_str()].map(|prior| told(&calibrate(second_with(prior, &found).path())));
+    let [all, some] = [PRIOR, sensors.as_str()].map(|prior| reported(&calibrate(second_with(prior, &found).path())));
     // Gravity and moments are free to be others: that is less knowledge of everything.
     for ((name, _, with_all), (_, _, with_some)) in all.iter().zip(&some) {
         assert!(with_some >= with_all, "{name}: {with_some} {with_all}");
     }
-    let gravity = |told: &[(String, f64, f64)]| told[..3].iter().map(|(_, _, std)| std * std).sum::<f64>().sqrt();
+    let gravity =
+        |reported: &[(String, f64, f64)]| reported[..3].iter().map(|(_, _, std)| std * std).sum::<f64>().sqrt();
     assert!(gravity(&some) > 1.2 * gravity(&all), "{} {}", gravity(&some), gravity(&all));
 }
 
@@ -104,8 +105,8 @@ fn sensors_alone_are_known_when_all_else_has_changed() {
 fn what_an_earlier_calibration_was_made_from_does_not_count_twice() {
     let refused = |session: &Path| {
         let calibration = calibrate(session);
-        let told = "the calibration of [prior], first.json, was made from this table, too";
-        assert_eq!(calibration.run.refusal(&["poses[1].file", told]), None);
+        let reported = "the calibration of [prior], first.json, was made from this table, too";
+        assert_eq!(calibration.run.refusal(&["poses[1].file", reported]), None);
     };
     let again = half(0);
     let file = |name: &str| again.path().join(name);

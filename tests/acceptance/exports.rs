@@ -286,9 +286,9 @@ fn a_corrected_urdf_reproduces_the_residuals() {
     other.assert_residuals(&truths);
     // A URDF that was changed since is not that of the calibration.
     fs::write(folder.path().join("shoulder.urdf"), URDF.replace("effort=\"100\"", "effort=\"90\"")).unwrap();
-    let told =
+    let reported =
         ["shoulder.urdf: the robot has changed since the calibration", "calibrate again; --session SESSION takes"];
-    assert_eq!(calibrated.export(&["urdf"]).refusal(&told), None);
+    assert_eq!(calibrated.export(&["urdf"]).refusal(&reported), None);
     let taken = calibrated.export(&["urdf", "--session", "session.toml"]);
     assert!(taken.code == 0 && taken.stdout.contains("effort=\"90\""), "{taken:?}");
 }
@@ -311,7 +311,8 @@ fn tables_for_people_say_what_the_calibration_says() {
 #[test]
 fn what_cannot_be_exported_is_refused_and_loses_nothing() {
     let calibrated = Calibrated::new(|_| ());
-    let refused = |arguments: &[&str], told: &[&str]| assert_eq!(calibrated.export(arguments).refusal(told), None);
+    let refused =
+        |arguments: &[&str], reported: &[&str]| assert_eq!(calibrated.export(arguments).refusal(reported), None);
     refused(&["yaml"], &["ros2, urdf, mujoco, payload, csv, c, python, markdown, latex"]);
     refused(&["urdf"], &["the session's robot is no URDF", "describe the robot by robot = { urdf"]);
     refused(&["csv", "--estimator", "recursive"], &["it has no estimator `recursive`"]);

@@ -71,9 +71,10 @@ fn a_recording_becomes_a_session_and_that_a_calibration() {
     let drafted = ["--session", "first.toml"];
     let run = inspect("bare.mcap", &drafted);
     assert_eq!(run.code, 0, "{run:?}");
-    for told in ["bare.mcap: 25 standstills found", "It can be read, and has 25 poses. Next: gravcal check first.toml"]
+    for reported in
+        ["bare.mcap: 25 standstills found", "It can be read, and has 25 poses. Next: gravcal check first.toml"]
     {
-        assert!(run.stdout.contains(told), "{}", run.stdout);
+        assert!(run.stdout.contains(reported), "{}", run.stdout);
     }
     // Never over a session that is there, unless told.
     let again = inspect("bare.mcap", &drafted);
@@ -121,7 +122,7 @@ fn a_recording_becomes_a_session_and_that_a_calibration() {
 /// A seven-joint arm on an upright base, few poses, and all cures followed but the tilt: what the first joint's readings show is noise,
 /// which a gain of about zero explains. That is no sign of a sensor, and nothing to calibrate with.
 #[test]
-fn a_joint_that_carries_no_gravity_is_not_told_to_be_reversed() {
+fn a_joint_that_carries_no_gravity_is_not_reported_to_be_reversed() {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str| folder.path().join(name);
     fs::copy(tree::root().join("models/kuka-lbr-iiwa14/robot.toml"), file("robot.toml")).unwrap();
@@ -170,10 +171,10 @@ fn a_recording_without_poses_leads_on() {
     fs::write(folder.path().join("moving.csv"), format!("time_s,a.position,a.effort\n{rows}")).unwrap();
     let run = gravcal_in(folder.path(), ["inspect", "moving.csv"]);
     assert_eq!(run.code, 0, "{run:?}");
-    for told in
+    for reported in
         ["No pose was found.", "[readings.still]", "[readings.sweeps]", "[readings.select]", "--session OUT.toml"]
     {
-        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+        assert!(run.stdout.contains(reported), "{reported}: {}", run.stdout);
     }
     let drafted = gravcal_in(folder.path(), ["inspect", "moving.csv", "--session", "session.toml"]);
     assert!(drafted.code == 0 && !drafted.stdout.contains("No pose was found."), "{drafted:?}");
@@ -181,7 +182,7 @@ fn a_recording_without_poses_leads_on() {
 }
 
 #[test]
-fn what_is_found_is_told_to_programs_and_a_wrong_robot_is_refused() {
+fn what_is_found_is_reported_to_programs_and_a_wrong_robot_is_refused() {
     let folder = simulated();
     let run = gravcal_in(folder.path(), ["inspect", "bare.mcap", "--json"]);
     let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();

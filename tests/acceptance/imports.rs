@@ -43,14 +43,14 @@ impl Imports {
 
     /// What files import that the facade of their own folder defines, a line each, for messages.
     pub fn taken_from_own_facade(&self) -> String {
-        let mut told = String::new();
+        let mut reported = String::new();
         for (file, imported) in &self.0 {
             let own = facades_over(file);
             for (facade, names) in imported.iter().filter(|(imported, _)| own.contains(imported)) {
-                told += &format!("{} imports {names:?} from {}\n", file.display(), facade.display());
+                reported += &format!("{} imports {names:?} from {}\n", file.display(), facade.display());
             }
         }
-        told
+        reported
     }
 
     fn reached_from<'a>(&'a self, file: &'a Path) -> BTreeSet<&'a Path> {
@@ -63,13 +63,13 @@ impl Imports {
 
     /// What the files of a circle import from each other, a line each, for messages.
     pub fn within(&self, circle: &[&Path]) -> String {
-        let mut told = String::new();
+        let mut reported = String::new();
         for file in circle {
             for (imported, names) in self.0[*file].iter().filter(|(imported, _)| circle.contains(&imported.as_path())) {
-                told += &format!("{} imports {names:?} from {}\n", file.display(), imported.display());
+                reported += &format!("{} imports {names:?} from {}\n", file.display(), imported.display());
             }
         }
-        told
+        reported
     }
 }
 
@@ -265,8 +265,8 @@ fn circles(files: &[(&str, &str)]) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn a_facade_that_defines_what_its_files_import_is_told() {
-    let told = |facade: &str, size: &str| {
+fn a_facade_that_defines_what_its_files_import_is_reported() {
+    let reported = |facade: &str, size: &str| {
         let folder = tempfile::tempdir().unwrap();
         let files = [
             ("lib.rs", "mod parts;"),
@@ -276,8 +276,8 @@ fn a_facade_that_defines_what_its_files_import_is_told() {
         ];
         written(folder.path(), &files).taken_from_own_facade()
     };
-    assert!(told("mod one; mod size; pub struct Size;", "").contains("imports {\"Size\"}"));
-    assert_eq!(told("mod one; mod size; pub use size::Size;", "pub struct Size;"), "");
+    assert!(reported("mod one; mod size; pub struct Size;", "").contains("imports {\"Size\"}"));
+    assert_eq!(reported("mod one; mod size; pub use size::Size;", "pub struct Size;"), "");
 }
 
 #[test]

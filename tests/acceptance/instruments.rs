@@ -108,8 +108,8 @@ fn they_are_calibrated_beside_the_torques() {
     let joint = calibration.estimator("joint");
     assert_eq!(joint.parameters.len(), 12 + 16 + 9);
     assert_true(&joint, folder.path());
-    for told in ["wrist.fx  count        40", "imu.z     g            40", "gain_nx          N·m/(N·m)"] {
-        assert!(calibration.run.stdout.contains(told), "{told}: {}", calibration.run.stdout);
+    for reported in ["wrist.fx  count        40", "imu.z     g            40", "gain_nx          N·m/(N·m)"] {
+        assert!(calibration.run.stdout.contains(reported), "{reported}: {}", calibration.run.stdout);
     }
 }
 
@@ -163,9 +163,9 @@ fn without_a_known_mass_gain_and_tool_share_a_scale() {
     assert_eq!(calibration.run.code, 3, "{:?}", calibration.run);
     let joint = calibration.estimator("joint");
     assert_true(&joint, folder.path());
-    let told = joint.undetermined.iter().find(|u| u.combination.contains("wrist.gain_fx")).unwrap();
-    assert!(told.combination.contains("wrist.tool_mass"), "{}", told.combination);
-    assert!(told.cure.contains("a load of known mass beyond the sensor"), "{}", told.cure);
+    let reported = joint.undetermined.iter().find(|u| u.combination.contains("wrist.gain_fx")).unwrap();
+    assert!(reported.combination.contains("wrist.tool_mass"), "{}", reported.combination);
+    assert!(reported.cure.contains("a load of known mass beyond the sensor"), "{}", reported.cure);
 }
 
 #[test]
@@ -199,9 +199,9 @@ fn what_makes_no_sense_is_refused() {
     ];
     let folder = simulated();
     let session = fs::read_to_string(folder.path().join("session.toml")).unwrap();
-    for (old, new, told) in cases {
+    for (old, new, reported) in cases {
         fs::write(folder.path().join("session.toml"), &session).unwrap();
         change(folder.path(), old, new);
-        assert_eq!(calibrate(folder.path()).run.refusal(&["session.toml:", told]), None);
+        assert_eq!(calibrate(folder.path()).run.refusal(&["session.toml:", reported]), None);
     }
 }

@@ -92,8 +92,8 @@ fn few_files_import_each_other_in_a_circle() {
         let circles = imports.circles();
         let largest = circles.first().map_or(0, Vec::len);
         let known = LARGER_CIRCLES.iter().find(|(name, _)| *name == tree::name(&path)).map(|(_, largest)| *largest);
-        let told = || circles.first().map(|circle| imports.within(circle)).unwrap_or_default();
-        assert!(largest <= known.unwrap_or(CIRCLE), "{largest} files import each other:\n{}", told());
+        let reported = || circles.first().map(|circle| imports.within(circle)).unwrap_or_default();
+        assert!(largest <= known.unwrap_or(CIRCLE), "{largest} files import each other:\n{}", reported());
         assert!(
             known.is_none() || largest > CIRCLE,
             "the circles of {} are opened: take it off the list",
@@ -106,8 +106,8 @@ fn few_files_import_each_other_in_a_circle() {
 fn files_of_a_calibration_import_nothing_that_their_facade_defines() {
     for name in ["gravcal-calibration", "gravcal-identification", "gravcal-robot-model", "gravcal-session"] {
         let imports = Imports::of(&tree::root().join("crates").join(name).join("src/lib.rs"));
-        let told = imports.taken_from_own_facade();
-        assert!(told.is_empty(), "{told}");
+        let reported = imports.taken_from_own_facade();
+        assert!(reported.is_empty(), "{reported}");
     }
 }
 

@@ -198,9 +198,9 @@ fn what_cannot_be_printed_has_a_code_of_its_own_and_is_written() {
         (&["apply", "results/calibration.json", "bare.csv", "applied.csv"], "applied.csv"),
     ];
     for (arguments, written) in commands {
-        let (code, told) = full(arguments);
-        assert_eq!(code, Some(NOT_SHOWN), "{arguments:?}: {told}");
-        assert!(told.contains("cannot be printed"), "{told}");
+        let (code, reported) = full(arguments);
+        assert_eq!(code, Some(NOT_SHOWN), "{arguments:?}: {reported}");
+        assert!(reported.contains("cannot be printed"), "{reported}");
         assert!(folder.path().join(written).is_file(), "{arguments:?}");
     }
 }
@@ -228,7 +228,7 @@ fn a_calibration_is_applied_in_its_own_units_only() {
 
 /// What the session says of a recording that says nothing of itself is heeded; what nobody says is told.
 #[test]
-fn the_load_of_a_residual_is_known_or_told() {
+fn the_load_of_a_residual_is_known_or_reported() {
     let folder = calibrated();
     let path = |name: &str| folder.path().join(name);
     fs::copy(path("plate-a.csv"), path("copy.csv")).unwrap();
@@ -241,13 +241,13 @@ fn the_load_of_a_residual_is_known_or_told() {
     let numbers =
         |text: &str| text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>();
     let (_, named) = apply("copy.csv", &["--load", "plate-a"]);
-    let (told, known) = apply("plate-a.csv", &[]);
+    let (reported, known) = apply("plate-a.csv", &[]);
     assert_eq!(numbers(&known), numbers(&named));
-    assert!(known.contains("; load plate-a, as the session says") && !told.contains("note:"), "{told}");
-    let (told, bare) = apply("bare.csv", &[]);
-    assert!(bare.contains("; no load, as the session says") && !told.contains("note:"), "{told}");
-    let (told, assumed) = apply("copy.csv", &[]);
-    assert!(told.contains("note: no load is assumed") && assumed.contains("; no load is assumed"), "{told}");
+    assert!(known.contains("; load plate-a, as the session says") && !reported.contains("note:"), "{reported}");
+    let (reported, bare) = apply("bare.csv", &[]);
+    assert!(bare.contains("; no load, as the session says") && !reported.contains("note:"), "{reported}");
+    let (reported, assumed) = apply("copy.csv", &[]);
+    assert!(reported.contains("note: no load is assumed") && assumed.contains("; no load is assumed"), "{reported}");
     assert_ne!(numbers(&assumed), numbers(&named));
 }
 
@@ -263,8 +263,8 @@ fn names_are_shown_and_never_act() {
     let run = calibrate(folder.path());
     assert!([0, 3].contains(&run.code), "{run:?}");
     let table = fs::read_to_string(folder.path().join(RESULTS).join("table.txt")).unwrap();
-    for told in [&run.stdout, &table] {
-        assert!(!told.contains(|c: char| c.is_control() && c != '\n'), "{told:?}");
+    for reported in [&run.stdout, &table] {
+        assert!(!reported.contains(|c: char| c.is_control() && c != '\n'), "{reported:?}");
     }
     assert!(table.starts_with("Calibration of �[2J�"), "{table}");
 }

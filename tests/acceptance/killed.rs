@@ -57,9 +57,9 @@ fn kill_often(folder: &Path, whole: Duration, arguments: impl Fn(u32) -> Vec<Str
 
 /// Every third time as `kill` or a shutdown does, else by force.
 fn end(child: &mut Child, kill: u32) {
-    let told = kill % 3 == 2
+    let reported = kill % 3 == 2
         && Command::new("kill").args(["-TERM", &child.id().to_string()]).status().is_ok_and(|status| status.success());
-    if !told {
+    if !reported {
         let _ = child.kill(); // an error where it has ended
     }
 }

@@ -67,12 +67,12 @@ fn true_value(truth: &Value, name: &str) -> Option<f64> {
 
 /// Holds everything that is told against the truth; gives how many numbers that were.
 fn assert_true(what: &str, estimate: &Value, truth: &Value) -> usize {
-    let mut told = 0;
+    let mut reported = 0;
     for parameter in estimate["parameters"].as_array().unwrap() {
         let (Some(value), Some(std)) = (parameter["value"].as_f64(), parameter["std"].as_f64()) else { continue };
         let name = parameter["name"].as_str().unwrap();
         let Some(true_value) = true_value(truth, name).filter(|_| std > 0.0) else { continue };
-        told += 1;
+        reported += 1;
         let z = (value - true_value) / std;
         assert!(z.abs() < FARTHEST, "{what}: {name} is {value} ± {std}, and truly {true_value}: {z:.1}");
     }
@@ -81,11 +81,11 @@ fn assert_true(what: &str, estimate: &Value, truth: &Value) -> usize {
         let along: f64 = (0..3).map(|i| axis(&gravity["vector_m_per_s2"], i) * axis(&truth["g"], i)).sum();
         assert!(along > 0.0, "{what}: gravity is upside down");
     }
-    told
+    reported
 }
 
 #[test]
-fn nothing_is_told_that_is_far_from_the_truth() {
+fn nothing_is_reported_that_is_far_from_the_truth() {
     let Some(sessions) = sessions() else { return };
     // Name, and how many numbers are told at least: what the readings determine is not withheld.
     let expected = [
@@ -105,8 +105,8 @@ fn nothing_is_told_that_is_far_from_the_truth() {
         let session = sessions.join(name);
         let (estimate, code) = calibrated(&session);
         assert!([0, 3].contains(&code), "{name}: exit code {code}, {}", estimate["termination"]);
-        let told = assert_true(name, &estimate, &truth(&session));
-        assert!(told >= least, "{name}: {told} numbers are told, and {least} should be");
+        let reported = assert_true(name, &estimate, &truth(&session));
+        assert!(reported >= least, "{name}: {reported} numbers are told, and {least} should be");
     }
 }
 
@@ -158,14 +158,14 @@ fn a_first_session_of_an_upright_arm_gets_its_answer() {
     let Some(sessions) = sessions() else { return };
     let (estimate, code) = calibrated(&sessions.join("no-step-lowers-the-cost"));
     assert_eq!(code, 3, "{}", estimate["termination"]);
-    let told = |quantity: &str| {
+    let reported = |quantity: &str| {
         let named = |p: &&Value| p["name"].as_str().unwrap().ends_with(quantity) && p["value"].is_number();
         estimate["parameters"].as_array().unwrap().iter().filter(named).count()
     };
     assert!(
-        told("torque_bias") >= 6 && told("position_gain") >= 4,
+        reported("torque_bias") >= 6 && reported("position_gain") >= 4,
         "{} {}",
-        told("torque_bias"),
-        told("position_gain")
+        reported("torque_bias"),
+        reported("position_gain")
     );
 }

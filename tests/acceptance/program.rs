@@ -30,11 +30,11 @@ pub struct Run {
 impl Run {
     /// What is wrong with the way in which the program refuses bad input, if it is: it must end with its code, tell each
     /// of the texts, and not fall over.
-    pub fn refusal(&self, told: &[&str]) -> Option<String> {
-        let untold: Vec<&&str> = told.iter().filter(|told| !self.stderr.contains(**told)).collect();
+    pub fn refusal(&self, reported: &[&str]) -> Option<String> {
+        let untold: Vec<&&str> = reported.iter().filter(|reported| !self.stderr.contains(**reported)).collect();
         let proper = self.code == BAD_INPUT && self.stderr.starts_with("error") && !self.stderr.contains("panicked");
-        let told = format!("exit code {}, {}", self.code, self.stderr);
-        (!proper || !untold.is_empty()).then(|| format!("expected a refusal that tells {untold:?}, found {told}"))
+        let reported = format!("exit code {}, {}", self.code, self.stderr);
+        (!proper || !untold.is_empty()).then(|| format!("expected a refusal that tells {untold:?}, found {reported}"))
     }
 }
 

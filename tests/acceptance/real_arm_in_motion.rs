@@ -63,10 +63,10 @@ fn two_runs_of_one_trajectory_agree_within_their_robust_intervals() {
 fn check_names_what_gains_the_rows_cannot_tell() {
     let Some(session) = session(1) else { return };
     let folder = in_folder(&session.replace("torque_gain = { fixed", "torque_gain = { nominal"));
-    let told = told_by_check(folder.path());
-    assert!(told.contains("readings.select): lwr_0_joint 4459 of 5027, lwr_1_joint 4359 of 5027"), "{told}");
-    assert!(told.contains("gravity is parallel to the axis of lwr_0_joint"), "{told}");
-    assert!(told.contains("with a load of known mass (1 kg) on the last link"), "{told}");
+    let reported = reported_by_check(folder.path());
+    assert!(reported.contains("readings.select): lwr_0_joint 4459 of 5027, lwr_1_joint 4359 of 5027"), "{reported}");
+    assert!(reported.contains("gravity is parallel to the axis of lwr_0_joint"), "{reported}");
+    assert!(reported.contains("with a load of known mass (1 kg) on the last link"), "{reported}");
 }
 
 /// Without its velocity columns the speeds are slopes of the positions: nearly the same rows are left.
@@ -75,8 +75,8 @@ fn speeds_may_be_slopes_of_positions() {
     let Some(session) = session(1) else { return };
     let columns = session.lines().find(|line| line.starts_with("velocity = ")).unwrap();
     let folder = in_folder(&session.replace(columns, "velocity = { slope_over_s = 0.05 }"));
-    let told = told_by_check(folder.path());
-    let left = told.split("readings.select): lwr_0_joint ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+    let reported = reported_by_check(folder.path());
+    let left = reported.split("readings.select): lwr_0_joint ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
     let left: i32 = left.parse().unwrap();
     assert!((left - 4459).abs() < 200, "{left}");
 }
@@ -109,6 +109,6 @@ fn bags_of_arms_in_motion_predict_what_was_not_fitted() {
     predicts_the_rest("panda-in-motion", 0.11);
 }
 
-fn told_by_check(folder: &Path) -> String {
+fn reported_by_check(folder: &Path) -> String {
     gravcal_in(folder, ["check", "--full", "session.toml"]).stdout.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -91,7 +91,7 @@ fn what_cannot_be_applied_is_refused_and_loses_nothing() {
     let calibrated = Calibrated::new();
     assert_eq!(calibrated.apply(&[]).code, 0);
     let old = fs::read(calibrated.folder.path().join("out.csv")).unwrap();
-    let refused = |run: Run, told: &[&str]| assert_eq!(run.refusal(told), None);
+    let refused = |run: Run, reported: &[&str]| assert_eq!(run.refusal(reported), None);
     refused(calibrated.apply(&[]), &["there is such a file already", "--overwrite replaces it"]);
     let again = calibrated.run(&["apply", "results/calibration.json", "out.csv", "twice.csv"]);
     refused(again, &["it is calibrated already, by calibration.json (joint, sha256"]);
@@ -129,8 +129,8 @@ fn a_bag_is_inspected_and_applied() {
 
     let run = calibrated.run(&["inspect", "bag.mcap"]);
     assert_eq!(run.code, 0, "{run:?}");
-    for told in ["load = plate-a", "/joint_states", "joint1.position", "10.00 Hz"] {
-        assert!(run.stdout.contains(told), "{}", run.stdout);
+    for reported in ["load = plate-a", "/joint_states", "joint1.position", "10.00 Hz"] {
+        assert!(run.stdout.contains(reported), "{}", run.stdout);
     }
     let run = calibrated.run(&["inspect", "bag.mcap", "--json"]);
     let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();

@@ -65,7 +65,7 @@ fn open(browser: &str, page: &Path, width: u32, dark: bool) -> Seen {
 }
 
 impl Seen {
-    fn told(&self, name: &str) -> &str {
+    fn reported(&self, name: &str) -> &str {
         let key = format!(" data-{name}=\"");
         self.page.split(&key).nth(1).and_then(|rest| rest.split('"').next()).unwrap_or("")
     }
@@ -75,11 +75,15 @@ fn assert_drawn(browser: &str, page: &Path, figures: usize) {
     for (width, dark) in [(400, false), (1600, true)] {
         let seen = open(browser, page, width, dark);
         assert_eq!(seen.console, "", "at {width}");
-        assert_eq!(seen.told("requests"), "0", "at {width}");
-        assert_eq!((seen.told("canvases"), seen.told("blank")), (figures.to_string().as_str(), "0"), "at {width}");
-        assert!(seen.told("overflow").parse::<i32>().unwrap() <= 0, "{} px at {width}", seen.told("overflow"));
-        assert_eq!(seen.told("dark"), dark.to_string());
-        assert_eq!(seen.told("background"), if dark { "rgb(20, 24, 28)" } else { "rgb(255, 255, 255)" });
+        assert_eq!(seen.reported("requests"), "0", "at {width}");
+        assert_eq!(
+            (seen.reported("canvases"), seen.reported("blank")),
+            (figures.to_string().as_str(), "0"),
+            "at {width}"
+        );
+        assert!(seen.reported("overflow").parse::<i32>().unwrap() <= 0, "{} px at {width}", seen.reported("overflow"));
+        assert_eq!(seen.reported("dark"), dark.to_string());
+        assert_eq!(seen.reported("background"), if dark { "rgb(20, 24, 28)" } else { "rgb(255, 255, 255)" });
     }
 }
 

@@ -38,7 +38,7 @@ fn every_simulation_gives_the_files_beside_it() {
 }
 
 #[test]
-fn another_trial_is_not_written_over_the_first_unless_told() {
+fn another_trial_is_not_written_over_the_first_unless_reported() {
     let project = copied_project(&tree::experiment("sarcos-shoulder"));
     let simulation = project.path().join("experiments/sarcos-shoulder/simulation.toml");
     let simulate =
@@ -67,7 +67,7 @@ fn the_same_results_are_left_alone() {
 }
 
 #[test]
-fn other_results_are_not_overwritten_unless_told() {
+fn other_results_are_not_overwritten_unless_reported() {
     let results = tempfile::tempdir().unwrap();
     calibrate_sarcos(results.path(), &[]);
     let written = contents(results.path());
@@ -76,8 +76,8 @@ fn other_results_are_not_overwritten_unless_told() {
     assert_eq!(refused.refusal(&["--overwrite"]), None);
     assert!(contents(results.path()) == written, "a refused calibration wrote files");
 
-    let told = calibrate_sarcos(results.path(), &["--estimator", "joint", "--overwrite"]);
-    assert_eq!(told.code, 0, "{told:?}");
+    let reported = calibrate_sarcos(results.path(), &["--estimator", "joint", "--overwrite"]);
+    assert_eq!(reported.code, 0, "{reported:?}");
     let joint = Calibration::with(&sarcos(), &["--estimator", "joint"]);
     assert!(contents(results.path())["calibration.json"] == joint.bytes("calibration.json"));
 }

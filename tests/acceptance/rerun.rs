@@ -49,17 +49,17 @@ fn a_recording_is_written_and_two_runs_say_the_same() {
 }
 
 #[test]
-fn a_file_that_cannot_be_written_is_told_before_the_solve() {
+fn a_file_that_cannot_be_written_is_reported_before_the_solve() {
     let folder = TempDir::new().unwrap();
     let there = folder.path().join("there.rrd");
     fs::write(&there, "mine").unwrap();
-    for (path, told) in [
+    for (path, reported) in [
         (folder.path().join("absent/a.rrd"), "there is no such folder"),
         (folder.path().to_owned(), "this is a folder"),
         (there.clone(), "--overwrite replaces it"),
     ] {
         let run = calibrate(folder.path(), &["--rerun", &path.display().to_string()]);
-        let fault = run.refusal(&[told, &path.display().to_string()]);
+        let fault = run.refusal(&[reported, &path.display().to_string()]);
         assert_eq!(fault, None);
         assert_eq!(names_in(folder.path()), ["there.rrd"]);
     }
@@ -76,8 +76,8 @@ fn a_viewer_that_is_not_there_costs_no_result() {
     let run = calibrate(folder.path(), &["--rerun-connect=rerun+http://127.0.0.1:4/proxy"]);
     // Nothing is bad about the input.
     assert_eq!(run.code, NOT_SHOWN, "{run:?}");
-    for told in ["no Rerun viewer", "127.0.0.1:4", "results of the calibration are written"] {
-        assert!(run.stderr.contains(told), "{run:?}");
+    for reported in ["no Rerun viewer", "127.0.0.1:4", "results of the calibration are written"] {
+        assert!(run.stderr.contains(reported), "{run:?}");
     }
     assert_eq!(
         names_in(&folder.path().join("results")),

@@ -64,7 +64,7 @@ fn drifting() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_drift_is_simulated_estimated_tested_and_told() {
+fn a_drift_is_simulated_estimated_tested_and_reported() {
     let folder = drifting();
     let session = folder.path().join("session.toml");
     let results = folder.path().join("results");
@@ -74,8 +74,9 @@ fn a_drift_is_simulated_estimated_tested_and_told() {
     assert!(run.stdout.contains("Sensor models, each tested against its absence"), "{}", run.stdout);
     assert!(run.stdout.contains("The steps know only affine sensors"), "{}", run.stdout);
     let models = models(&results);
-    let told: Vec<(&str, &str)> = models.iter().map(|told| (told.joint.as_str(), told.model.as_str())).collect();
-    assert_eq!(told, [("joint2", "torque-bias-in-time"), ("joint2", "coulomb-friction")]);
+    let reported: Vec<(&str, &str)> =
+        models.iter().map(|reported| (reported.joint.as_str(), reported.model.as_str())).collect();
+    assert_eq!(reported, [("joint2", "torque-bias-in-time"), ("joint2", "coulomb-friction")]);
     let [drift, friction] = [0, 1].map(|place: usize| models[place].test.as_ref().unwrap());
     assert!(drift.kind == "likelihood-ratio" && drift.p_value < 1e-9, "{drift:?}");
     assert!(friction.p_value > 1e-3, "{friction:?}");
@@ -91,7 +92,7 @@ fn check_tells_what_of_a_model_can_be_known() {
 
 /// All sensors of the recorded arm read the other way; nothing but the robot's masses can tell.
 #[test]
-fn the_real_arm_with_its_sign_not_declared_is_told_so() {
+fn the_real_arm_with_its_sign_not_declared_is_reported_so() {
     let experiment = tree::experiment("kuka-lbr-med7");
     let data = shared_data(&experiment);
     if !data.is_dir() {
@@ -104,9 +105,9 @@ fn the_real_arm_with_its_sign_not_declared_is_told_so() {
     fs::write(folder.path().join("session.toml"), session).unwrap();
     let run = calibrate_into(&folder.path().join("results"), &folder.path().join("session.toml"), &[]);
     assert_eq!(run.code, 4, "{run:?}");
-    let told = run.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("reversed torque sensors: A1, A2, A3, A4, A5, A6, A7"), "{told}");
-    assert!(told.contains("Say torque_sign = \"reversed\" in the [[joint]] of each"), "{told}");
+    let reported = run.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(reported.contains("reversed torque sensors: A1, A2, A3, A4, A5, A6, A7"), "{reported}");
+    assert!(reported.contains("Say torque_sign = \"reversed\" in the [[joint]] of each"), "{reported}");
     let results = fs::read(folder.path().join("results/calibration.json")).unwrap();
     let answer: crate::answer::Answer = serde_json::from_slice(&results).unwrap();
     for estimator in &answer.estimators {

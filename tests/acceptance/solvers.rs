@@ -52,7 +52,7 @@ fn the_sequential_steps_run_by_every_method() {
 }
 
 #[test]
-fn a_loss_is_told_to_a_method_that_cannot_take_it_before_anything_is_solved() {
+fn a_loss_is_reported_to_a_method_that_cannot_take_it_before_anything_is_solved() {
     let folder = small_session();
     let session = folder.path().join("session.toml");
     let text = fs::read_to_string(&session).unwrap();
@@ -87,7 +87,7 @@ fn options_of_the_session_reach_the_method_that_it_names() {
 }
 
 #[test]
-fn the_iterates_of_the_joint_solve_are_told() {
+fn the_iterates_of_the_joint_solve_are_reported() {
     let trace = Calibration::of(&tree::experiment("sarcos-shoulder").join("session.toml")).estimator("joint").trace;
     assert!(trace.len() > 3);
     assert!(trace.first().unwrap().cost > trace.last().unwrap().cost);

@@ -73,8 +73,8 @@ fn a_sheet_without_a_header_goes_from_recording_to_verdict() {
     let drafted =
         run(&["inspect", "sheet.csv", "--columns", NAMES, "--robot", "robot.toml", "--session", "session.toml"]);
     assert_eq!(drafted.code, 0, "{drafted:?}");
-    for told in ["from 2024-05-01T12:00:00.000Z on, 200.0 Hz (`when` in ISO 8601)", "12 standstills found"] {
-        assert!(drafted.stdout.contains(told), "{told}: {}", drafted.stdout);
+    for reported in ["from 2024-05-01T12:00:00.000Z on, 200.0 Hz (`when` in ISO 8601)", "12 standstills found"] {
+        assert!(drafted.stdout.contains(reported), "{reported}: {}", drafted.stdout);
     }
     let calibrated = run(&["calibrate", "--full", "session.toml"]);
     assert!(calibrated.code == 3 && calibrated.stdout.starts_with("Calibration of my-arm\n"), "{calibrated:?}");
@@ -93,7 +93,7 @@ fn a_sheet_without_a_header_goes_from_recording_to_verdict() {
 
 /// The same numbers declared as radians: told first, by `check` too, and kept in what is written.
 #[test]
-fn a_mistaken_unit_is_told_before_all_else() {
+fn a_mistaken_unit_is_reported_before_all_else() {
     let folder = sheet();
     let run = |arguments: &[&str]| run(folder.path(), arguments);
     let drafted =
@@ -103,18 +103,18 @@ fn a_mistaken_unit_is_told_before_all_else() {
     let mistaken = session.replace("unit = \"deg\"", "unit = \"rad\"");
     assert_ne!(session, mistaken);
     fs::write(folder.path().join("mistaken.toml"), mistaken).unwrap();
-    let told = |text: &str| {
+    let reported = |text: &str| {
         let plain = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let first = "Look at this first - As declared, angles of joint1, joint2 reach ";
         plain.starts_with(first) && plain.contains("look like deg, and are declared as rad. If so, say unit = \"deg\"")
     };
     let checked = run(&["check", "--full", "mistaken.toml"]);
-    assert!(told(&checked.stdout), "{checked:?}");
+    assert!(reported(&checked.stdout), "{checked:?}");
     let calibrated = run(&["calibrate", "--full", "mistaken.toml"]);
-    assert!(told(&calibrated.stdout), "{calibrated:?}");
+    assert!(reported(&calibrated.stdout), "{calibrated:?}");
     let results = folder.path().join("mistaken-calibration");
     let table = fs::read_to_string(results.join("table.txt")).unwrap();
-    assert!(told(&table) && calibrated.stdout.starts_with(&table), "{table}");
+    assert!(reported(&table) && calibrated.stdout.starts_with(&table), "{table}");
     let json: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(results.join("calibration.json")).unwrap()).unwrap();
     assert_eq!(json["doubts"].as_array().unwrap().len(), 1);
@@ -170,8 +170,8 @@ fn rows_in_motion_without_a_clock_are_asked_about() {
     let plain = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     for more in [&["--robot", "robot.toml", "--session", "lost.toml"][..], &[]] {
         let drafted = run(folder.path(), &[&["inspect", "lost.csv"], more].concat());
-        let told = "is taken as a static pose, but neighbours differ by little and in order";
-        assert!(drafted.code == 0 && plain(&drafted.stdout).contains(told), "{drafted:?}");
+        let reported = "is taken as a static pose, but neighbours differ by little and in order";
+        assert!(drafted.code == 0 && plain(&drafted.stdout).contains(reported), "{drafted:?}");
     }
     let checked = run(folder.path(), &["check", "--full", "lost.toml"]);
     assert!(plain(&checked.stdout).starts_with("Look at this first - Each of the "), "{checked:?}");

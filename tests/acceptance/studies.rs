@@ -234,11 +234,11 @@ fn what_cannot_be_studied_is_refused_by_name() {
             &["constraints"],
         ),
     ];
-    for (what, rest, told) in cases {
+    for (what, rest, reported) in cases {
         let study = Study::new(&rest);
         let run = study.run("results", &[]);
         assert_eq!(run.code, BAD_INPUT, "{what}: {run:?}");
-        for part in told {
+        for part in reported {
             assert!(run.stderr.contains(part), "{what}: `{part}` is not told: {}", run.stderr);
         }
         assert!(!study.results("results").join("trials.parquet").exists(), "{what}: results were written");
@@ -288,7 +288,7 @@ fn damaged_parts_and_a_lost_table_are_done_again() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_folder_that_cannot_be_made_is_told() {
+fn a_folder_that_cannot_be_made_is_reported() {
     let study = Study::small(2);
     let refused = gravcal(["study", "run", &study.path().display().to_string(), "--output", "/dev/full/results"]);
     assert_eq!((refused.code, refused.refusal(&["/dev/full"])), (BAD_INPUT, None));
@@ -342,16 +342,16 @@ fn check_experiment(folder: &Path) {
     let series = measure(&results).unwrap();
     for wanted in &expected.measure {
         let found = find(&results, &series, wanted);
-        let told = format!("{}: {wanted:?}", folder.display());
-        let found = found.unwrap_or_else(|| panic!("{told}: there is no such measure"));
-        assert!((wanted.least..=wanted.most).contains(&found), "{told}: {found}");
+        let reported = format!("{}: {wanted:?}", folder.display());
+        let found = found.unwrap_or_else(|| panic!("{reported}: there is no such measure"));
+        assert!((wanted.least..=wanted.most).contains(&found), "{reported}: {found}");
     }
 }
 
 fn find(results: &StudyFolder, series: &[Series], wanted: &ExpectedMeasure) -> Option<f64> {
     let manifest = &results.manifest;
     let series = series.iter().find(|series| {
-        manifest.told(series.point) == wanted.at && manifest.estimators[series.estimator] == wanted.estimator
+        manifest.reported(series.point) == wanted.at && manifest.estimators[series.estimator] == wanted.estimator
     })?;
     let Some(quantity) = &wanted.quantity else {
         return Some(series.share(wanted.of.parse().ok()?));

@@ -13,9 +13,9 @@ fn what_cannot_be_shown_is_refused_with_the_build_that_can() {
         let results = folder.path().join("results");
         let run = gravcal(["calibrate", &session, "--output", &results.display().to_string(), option]);
         let name = option.split('=').next().unwrap();
-        let told =
+        let reported =
             [&format!("error: {name}: this program is built without Rerun"), "cargo build --release --features rerun"];
-        assert_eq!(run.refusal(&told), None);
+        assert_eq!(run.refusal(&reported), None);
         assert!(!results.exists(), "{option}");
     }
 }

@@ -102,8 +102,8 @@ fn a_real_one_whose_sign_is_not_said_is_named() {
     write_session(folder.path(), &text.replace("sign = \"reversed\"\n", ""));
     let calibration = Calibration::of(&folder.path().join("session.toml"));
     assert_ne!(calibration.run.code, 0, "{:?}", calibration.run);
-    let told = calibration.run.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("reversed force-torque sensor: wrist"), "{told}");
+    let reported = calibration.run.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(reported.contains("reversed force-torque sensor: wrist"), "{reported}");
     let joint = calibration.estimator("joint");
     assert!(joint.parameters.iter().all(|parameter| parameter.value.is_none() || parameter.held.is_some()));
 }
@@ -117,8 +117,8 @@ fn without_a_hemisphere_neither_check_nor_calibrate_tells_where_gravity_points()
     write_session(folder.path(), &text.replace("hemisphere = [0, 0, -1]\n", ""));
     let checked = gravcal_in(folder.path(), ["check", "--full", "session.toml"]);
     assert_eq!(checked.code, 3, "{checked:?}");
-    let told = checked.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("can be determined: not gravity, wrist.tool_mass,"), "{told}");
+    let reported = checked.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(reported.contains("can be determined: not gravity, wrist.tool_mass,"), "{reported}");
     let calibration = Calibration::of(&folder.path().join("session.toml"));
     assert_eq!(calibration.run.code, 3, "{:?}", calibration.run);
     let joint = calibration.estimator("joint");

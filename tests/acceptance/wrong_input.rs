@@ -17,7 +17,7 @@ const LINE: &str = "{line}";
 struct Mistake {
     what: &'static str,
     changes: &'static [(&'static str, Change)],
-    told: &'static [&'static str],
+    reported: &'static [&'static str],
 }
 
 /// How a file is changed.
@@ -40,77 +40,77 @@ const IN_THE_SESSION: &[Mistake] = &[
     Mistake {
         what: "an unknown key",
         changes: &[("session.toml", Replace("magnitude_m_per_s2", "magnitude"))],
-        told: &["session.toml:{line}: gravity.magnitude: unknown field", "`magnitude_m_per_s2`"],
+        reported: &["session.toml:{line}: gravity.magnitude: unknown field", "`magnitude_m_per_s2`"],
     },
     Mistake {
         what: "an unknown section",
         changes: &[("session.toml", Replace("[[load_distance]]", "[[distance]]"))],
-        told: &["session.toml:{line}: distance[0]: unknown field `distance`"],
+        reported: &["session.toml:{line}: distance[0]: unknown field `distance`"],
     },
     Mistake {
         what: "no unit of position",
         changes: &[("session.toml", Replace("unit = \"rad\"\n", ""))],
-        told: &["session.toml:7: readings.position.unit: the unit is missing"],
+        reported: &["session.toml:7: readings.position.unit: the unit is missing"],
     },
     Mistake {
         what: "no unit of torque",
         changes: &[("session.toml", Replace("unit = \"count\"\n", ""))],
-        told: &["session.toml:11: readings.torque.unit: the unit is missing"],
+        reported: &["session.toml:11: readings.torque.unit: the unit is missing"],
     },
     Mistake {
         what: "no unit of what is known of a joint",
         changes: &[("session.toml", Replace("nominal = 1.0, unit = \"deg/deg\"", "nominal = 1.0"))],
-        told: &["session.toml:{line}: joint[0].position_gain.unit: the unit is missing"],
+        reported: &["session.toml:{line}: joint[0].position_gain.unit: the unit is missing"],
     },
     Mistake {
         what: "an unknown unit",
         changes: &[("session.toml", Replace("unit = \"count\"", "unit = \"lbf\""))],
-        told: &["session.toml:{line}: readings.torque.unit: the unit `lbf` does not fit"],
+        reported: &["session.toml:{line}: readings.torque.unit: the unit `lbf` does not fit"],
     },
     Mistake {
         what: "an unknown joint",
         changes: &[("session.toml", Replace("name = \"joint3\"", "name = \"joint33\""))],
-        told: &["session.toml:{line}: joint[0].name: there is no joint `joint33`", "known: `joint1`"],
+        reported: &["session.toml:{line}: joint[0].name: there is no joint `joint33`", "known: `joint1`"],
     },
     Mistake {
         what: "an unknown swept joint",
         changes: &[("session.toml", Replace("file = \"bare.csv\"", "swept = \"wrist\"\nfile = \"bare.csv\""))],
-        told: &["session.toml:{line}: poses[0].swept: there is no joint `wrist`"],
+        reported: &["session.toml:{line}: poses[0].swept: there is no joint `wrist`"],
     },
     Mistake {
         what: "a parameter of an unknown joint asked for",
         changes: &[("session.toml", Replace("[gravity]", "[ask]\nadd = [\"wrist.torque_gain\"]\n[gravity]"))],
-        told: &["ask.add[0]: there is no joint `wrist`"],
+        reported: &["ask.add[0]: there is no joint `wrist`"],
     },
     Mistake {
         what: "an unknown link",
         changes: &[("session.toml", Replace("link = \"link3\"", "link = \"link9\""))],
-        told: &["session.toml:{line}: load[0].link: there is no link `link9`", "known: `link1`"],
+        reported: &["session.toml:{line}: load[0].link: there is no link `link9`", "known: `link1`"],
     },
     Mistake {
         what: "a negative mass of a load",
         changes: &[("session.toml", Replace("mass_kg = 1.724", "mass_kg = -1.724"))],
-        told: &["session.toml:{line}: load[0].mass_kg: -1.724 is not a mass"],
+        reported: &["session.toml:{line}: load[0].mass_kg: -1.724 is not a mass"],
     },
     Mistake {
         what: "a distance between loads that do not exist",
         changes: &[("session.toml", Replace("[\"plate-a\", \"plate-b\"]", "[\"plate-a\", \"plate-c\"]"))],
-        told: &["session.toml:{line}: load_distance[0].between[1]: there is no load `plate-c`"],
+        reported: &["session.toml:{line}: load_distance[0].between[1]: there is no load `plate-c`"],
     },
     Mistake {
         what: "poses with a load that does not exist",
         changes: &[("session.toml", Replace("load = \"plate-b\"", "load = \"plate-c\""))],
-        told: &["session.toml:{line}: poses[2].load: there is no load `plate-c`"],
+        reported: &["session.toml:{line}: poses[2].load: there is no load `plate-c`"],
     },
     Mistake {
         what: "text where a number belongs",
         changes: &[("session.toml", Replace("mass_kg = 1.724", "mass_kg = \"heavy\""))],
-        told: &["session.toml:{line}: load[0].mass_kg: invalid type: string \"heavy\""],
+        reported: &["session.toml:{line}: load[0].mass_kg: invalid type: string \"heavy\""],
     },
     Mistake {
         what: "no number where a number belongs",
         changes: &[("session.toml", Replace("9.8", "nan"))],
-        told: &["session.toml:{line}: gravity.magnitude_m_per_s2: expected a finite number, found nan"],
+        reported: &["session.toml:{line}: gravity.magnitude_m_per_s2: expected a finite number, found nan"],
     },
     Mistake {
         what: "no torque at all",
@@ -121,32 +121,32 @@ const IN_THE_SESSION: &[Mistake] = &[
                 "[\"\", \"\", \"\"]",
             ),
         )],
-        told: &["session.toml:{line}: readings.torque.columns: no joint has a torque reading"],
+        reported: &["session.toml:{line}: readings.torque.columns: no joint has a torque reading"],
     },
     Mistake {
         what: "a column too few",
         changes: &[("session.toml", Replace(", \"joint3_torque_count\"]", "]"))],
-        told: &["session.toml:{line}: readings.torque.columns: expected 3 entries"],
+        reported: &["session.toml:{line}: readings.torque.columns: expected 3 entries"],
     },
     Mistake {
         what: "a table read twice",
         changes: &[("session.toml", Replace("file = \"plate-a.csv\"", "file = \"bare.csv\""))],
-        told: &["session.toml:{line}: poses[1].file: this table is already poses[0]"],
+        reported: &["session.toml:{line}: poses[1].file: this table is already poses[0]"],
     },
     Mistake {
         what: "an unknown loss",
         changes: &[("session.toml", Replace("[gravity]", "loss = { kind = \"welsch\" }\n[gravity]"))],
-        told: &["session.toml:{line}: loss.kind: unknown loss `welsch`", "geman-mcclure"],
+        reported: &["session.toml:{line}: loss.kind: unknown loss `welsch`", "geman-mcclure"],
     },
     Mistake {
         what: "a loss without width",
         changes: &[("session.toml", Replace("[gravity]", "loss = { kind = \"huber\", width = 0 }\n[gravity]"))],
-        told: &["session.toml:{line}: loss.width: the width 0 of a loss must be between"],
+        reported: &["session.toml:{line}: loss.width: the width 0 of a loss must be between"],
     },
     Mistake {
         what: "an unknown uncertainty",
         changes: &[("session.toml", Replace("[gravity]", "uncertainty = { kind = \"guess\" }\n[gravity]"))],
-        told: &["session.toml:{line}: uncertainty.kind: unknown variant `guess`", "`bootstrap`"],
+        reported: &["session.toml:{line}: uncertainty.kind: unknown variant `guess`", "`bootstrap`"],
     },
     Mistake {
         what: "fewer than thirty blocks",
@@ -154,7 +154,7 @@ const IN_THE_SESSION: &[Mistake] = &[
             "session.toml",
             Replace("[gravity]", "uncertainty = { kind = \"sandwich\", block_poses = 5 }\n[gravity]"),
         )],
-        told: &[
+        reported: &[
             "session.toml:{line}: uncertainty.block_poses: 36 samples in blocks of 5 are 7 blocks, and 30 are needed",
             "blocks of 1 to 1 samples",
         ],
@@ -162,27 +162,27 @@ const IN_THE_SESSION: &[Mistake] = &[
     Mistake {
         what: "not TOML",
         changes: &[("session.toml", Replace("[gravity]", "[gravity"))],
-        told: &["session.toml:{line}: "],
+        reported: &["session.toml:{line}: "],
     },
     Mistake {
         what: "an empty file",
         changes: &[("session.toml", Contents(b""))],
-        told: &["session.toml:1: missing field `gravity`"],
+        reported: &["session.toml:1: missing field `gravity`"],
     },
     Mistake {
         what: "a file of bytes that are no text",
         changes: &[("session.toml", Contents(b"robot = 1\n\x7fELF\x02\x01\xff\xfe\x00\x00"))],
-        told: &["session.toml:2: this is not UTF-8 text"],
+        reported: &["session.toml:2: this is not UTF-8 text"],
     },
     Mistake {
         what: "no session",
         changes: &[("session.toml", Absent)],
-        told: &["session.toml: there is no such file"],
+        reported: &["session.toml: there is no such file"],
     },
     Mistake {
         what: "a session that is a folder",
         changes: &[("session.toml", Folder)],
-        told: &["session.toml: this is a folder"],
+        reported: &["session.toml: this is a folder"],
     },
 ];
 
@@ -190,7 +190,7 @@ const IN_A_TABLE: &[Mistake] = &[
     Mistake {
         what: "a column that is not there",
         changes: &[("bare.csv", Replace("joint2_torque_count", "joint2_torque_V"))],
-        told: &["bare.csv: there is no column `joint2_torque_count`", "named by poses[0].file in session.toml:35"],
+        reported: &["bare.csv: there is no column `joint2_torque_count`", "named by poses[0].file in session.toml:35"],
     },
     Mistake {
         what: "no torque columns",
@@ -198,34 +198,38 @@ const IN_A_TABLE: &[Mistake] = &[
             "bare.csv",
             Contents(b"joint1_position_rad,joint2_position_rad,joint3_position_rad\n0,0,0\n1,1,1\n"),
         )],
-        told: &["bare.csv: there is no column `joint1_torque_count`"],
+        reported: &["bare.csv: there is no column `joint1_torque_count`"],
     },
     Mistake {
         what: "text where a number belongs",
         changes: &[("plate-a.csv", Rows("0,0,0,2000,2000,2000\n0,0,1,2000,high,2000\n"))],
-        told: &["plate-a.csv:3: column `joint2_torque_count`: expected a finite number, found `high`"],
+        reported: &["plate-a.csv:3: column `joint2_torque_count`: expected a finite number, found `high`"],
     },
     Mistake {
         what: "NaN where a number belongs",
         changes: &[("plate-b.csv", Rows("0,NaN,0,2000,2000,2000\n0,0,1,2000,2000,2000\n"))],
-        told: &["plate-b.csv:2: column `joint2_position_rad`: expected a finite number, found `NaN`"],
+        reported: &["plate-b.csv:2: column `joint2_position_rad`: expected a finite number, found `NaN`"],
     },
     Mistake {
         what: "no position",
         changes: &[("bare.csv", Rows("0,,0,2000,2000,2000\n0,0,1,2000,2000,2000\n"))],
-        told: &["bare.csv:2: column `joint2_position_rad`: the position is missing"],
+        reported: &["bare.csv:2: column `joint2_position_rad`: the position is missing"],
     },
     Mistake {
         what: "ragged rows",
         changes: &[("bare.csv", Rows("0,0,0,2000,2000,2000\n0,0,1,2000,2000\n"))],
-        told: &["bare.csv:3: expected 6 cells, as in the header, found 5"],
+        reported: &["bare.csv:3: expected 6 cells, as in the header, found 5"],
     },
     Mistake {
         what: "an empty table",
         changes: &[("bare.csv", Rows(""))],
-        told: &["bare.csv: the file has a header but no rows"],
+        reported: &["bare.csv: the file has a header but no rows"],
     },
-    Mistake { what: "an empty file", changes: &[("bare.csv", Contents(b""))], told: &["bare.csv: the file is empty"] },
+    Mistake {
+        what: "an empty file",
+        changes: &[("bare.csv", Contents(b""))],
+        reported: &["bare.csv: the file is empty"],
+    },
     Mistake {
         what: "no torque reading in any row",
         changes: &[
@@ -233,32 +237,32 @@ const IN_A_TABLE: &[Mistake] = &[
             ("plate-a.csv", Rows("0,0,0,,,\n0,0,1,,,\n")),
             ("plate-b.csv", Rows("0,0,0,,,\n0,0,1,,,\n")),
         ],
-        told: &["session.toml", "torque"],
+        reported: &["session.toml", "torque"],
     },
     Mistake {
         what: "a table of one pose",
         changes: &[("bare.csv", Rows("0,0,0,2000,2000,2000\n"))],
-        told: &["bare.csv: a table of one pose cannot identify anything"],
+        reported: &["bare.csv: a table of one pose cannot identify anything"],
     },
     Mistake {
         what: "a file of bytes that are no text",
         changes: &[("bare.csv", Contents(b"\x89PNG\r\n\x1a\n\x00\x00\xff\xfe"))],
-        told: &["bare.csv:1: this is not UTF-8 text"],
+        reported: &["bare.csv:1: this is not UTF-8 text"],
     },
     Mistake {
         what: "a table that is not there",
         changes: &[("bare.csv", Absent)],
-        told: &["bare.csv: there is no such file", "named by poses[0].file in session.toml:35"],
+        reported: &["bare.csv: there is no such file", "named by poses[0].file in session.toml:35"],
     },
     Mistake {
         what: "a table that is a folder",
         changes: &[("bare.csv", Folder)],
-        told: &["bare.csv: the folder has no .mcap file", "named by poses[0].file in session.toml:35"],
+        reported: &["bare.csv: the folder has no .mcap file", "named by poses[0].file in session.toml:35"],
     },
     Mistake {
         what: "a data folder that is not there",
         changes: &[("session.toml", Replace("\"bare.csv\"", "\"${GRAVCAL_ACCEPTANCE:-absent/data}/bare.csv\""))],
-        told: &[
+        reported: &[
             "absent/data/bare.csv: there is no such folder as absent/data",
             "named by poses[0].file in session.toml:{line}",
             "the environment variable GRAVCAL_ACCEPTANCE is not set",
@@ -267,7 +271,7 @@ const IN_A_TABLE: &[Mistake] = &[
     Mistake {
         what: "a data folder without a default",
         changes: &[("session.toml", Replace("\"bare.csv\"", "\"${GRAVCAL_ACCEPTANCE}/bare.csv\""))],
-        told: &["session.toml:{line}: poses[0].file: the environment variable GRAVCAL_ACCEPTANCE is not set"],
+        reported: &["session.toml:{line}: poses[0].file: the environment variable GRAVCAL_ACCEPTANCE is not set"],
     },
 ];
 
@@ -278,47 +282,47 @@ const IN_THE_ROBOT: &[Mistake] = &[
     Mistake {
         what: "an unknown key",
         changes: &[("robot.toml", Replace("a_m = 0.0", "a = 0.0"))],
-        told: &["robot.toml:{line}: joint[0].a: unknown field", "named by robot in session.toml:1"],
+        reported: &["robot.toml:{line}: joint[0].a: unknown field", "named by robot in session.toml:1"],
     },
     Mistake {
         what: "no unit of a sensor",
         changes: &[("robot.toml", Replace("{ value = 6.69, unit = \"count/(N·m)\" }", "{ value = 6.69 }"))],
-        told: &["robot.toml:{line}: joint[0].torque_sensor.gain.unit: the unit is missing"],
+        reported: &["robot.toml:{line}: joint[0].torque_sensor.gain.unit: the unit is missing"],
     },
     Mistake {
         what: "a negative mass",
         changes: &[("robot.toml", Replace("mass_kg = 2.0", "mass_kg = -2.0"))],
-        told: &["robot.toml:{line}: joint[0].mass_kg: -2 is not a mass", "named by robot in session.toml:1"],
+        reported: &["robot.toml:{line}: joint[0].mass_kg: -2 is not a mass", "named by robot in session.toml:1"],
     },
     Mistake {
         what: "limits the wrong way round",
         changes: &[("robot.toml", Replace("limits_deg = [-90.0, 90.0]", "limits_deg = [90.0, -90.0]"))],
-        told: &["robot.toml:{line}: joint[0].limits_deg: the limits 90, -90 are the wrong way round"],
+        reported: &["robot.toml:{line}: joint[0].limits_deg: the limits 90, -90 are the wrong way round"],
     },
     Mistake {
         what: "a robot that is not there",
         changes: &[("robot.toml", Absent)],
-        told: &["robot.toml: there is no such file", "named by robot in session.toml:1"],
+        reported: &["robot.toml: there is no such file", "named by robot in session.toml:1"],
     },
     Mistake {
         what: "a robot that is a folder",
         changes: &[("robot.toml", Folder)],
-        told: &["robot.toml: this is a folder", "named by robot in session.toml:1"],
+        reported: &["robot.toml: this is a folder", "named by robot in session.toml:1"],
     },
     Mistake {
         what: "a URDF without its chain",
         changes: &[("session.toml", Replace("\"robot.toml\"", "\"arm.urdf\""))],
-        told: &["session.toml:{line}: robot: of a URDF one must also know where the chain begins and ends"],
+        reported: &["session.toml:{line}: robot: of a URDF one must also know where the chain begins and ends"],
     },
     Mistake {
         what: "a URDF that is not XML",
         changes: &[("arm.urdf", Contents(b"solid arm\n  facet normal 0 0 1\n")), ("session.toml", FROM_URDF)],
-        told: &["arm.urdf: not a readable URDF", "named by robot.urdf in session.toml:1"],
+        reported: &["arm.urdf: not a readable URDF", "named by robot.urdf in session.toml:1"],
     },
     Mistake {
         what: "a URDF that ends too early",
         changes: &[("arm.urdf", Replace("</robot>\n", "")), ("session.toml", FROM_URDF)],
-        told: &["arm.urdf: not a readable URDF"],
+        reported: &["arm.urdf: not a readable URDF"],
     },
     Mistake {
         what: "a chain that is a loop",
@@ -326,7 +330,7 @@ const IN_THE_ROBOT: &[Mistake] = &[
             ("arm.urdf", Replace("<parent link=\"base\"/>", "<parent link=\"lower\"/>")),
             ("session.toml", FROM_URDF),
         ],
-        told: &["arm.urdf: the URDF's links form a loop: ", "named by robot.urdf in session.toml:1"],
+        reported: &["arm.urdf: the URDF's links form a loop: ", "named by robot.urdf in session.toml:1"],
     },
     Mistake {
         what: "a chain that is closed",
@@ -334,7 +338,7 @@ const IN_THE_ROBOT: &[Mistake] = &[
             ("arm.urdf", Replace("<child link=\"lower\"/>", "<child link=\"upper\"/>")),
             ("session.toml", FROM_URDF),
         ],
-        told: &["arm.urdf: link `upper` is the child of two joints, `shoulder` and `elbow`"],
+        reported: &["arm.urdf: link `upper` is the child of two joints, `shoulder` and `elbow`"],
     },
     Mistake {
         what: "a negative mass in a URDF",
@@ -342,12 +346,12 @@ const IN_THE_ROBOT: &[Mistake] = &[
             ("arm.urdf", Replace("<mass value=\"2.0\"/>", "<mass value=\"-2.0\"/>")),
             ("session.toml", FROM_URDF),
         ],
-        told: &["arm.urdf: mass of link `upper` is -2 kg"],
+        reported: &["arm.urdf: mass of link `upper` is -2 kg"],
     },
     Mistake {
         what: "limits of a URDF the wrong way round",
         changes: &[("arm.urdf", Replace("lower=\"-1.5\"", "lower=\"2.5\"")), ("session.toml", FROM_URDF)],
-        told: &["arm.urdf: ", "joint `shoulder`", "wrong way round"],
+        reported: &["arm.urdf: ", "joint `shoulder`", "wrong way round"],
     },
     Mistake {
         what: "an unknown link at the chain's end",
@@ -355,7 +359,7 @@ const IN_THE_ROBOT: &[Mistake] = &[
             "session.toml",
             Replace("\"robot.toml\"", "{ urdf = \"arm.urdf\", base = \"base\", tip = \"hand\" }"),
         )],
-        told: &["arm.urdf: tip link `hand` is not in the URDF", "named by robot.urdf in session.toml:{line}"],
+        reported: &["arm.urdf: tip link `hand` is not in the URDF", "named by robot.urdf in session.toml:{line}"],
     },
 ];
 
@@ -364,27 +368,27 @@ const IN_NAMES: &[Mistake] = &[
     Mistake {
         what: "an unknown estimator",
         changes: &[("session.toml", Replace("robot = ", "estimators = [\"kalman\"]\nrobot = "))],
-        told: &["session.toml:{line}: estimators: unknown estimator `kalman`", "sequential, joint"],
+        reported: &["session.toml:{line}: estimators: unknown estimator `kalman`", "sequential, joint"],
     },
     Mistake {
         what: "an unknown solver",
         changes: &[("session.toml", Replace("robot = ", "solver = \"simplex\"\nrobot = "))],
-        told: &["session.toml:{line}: solver: unknown solver `simplex`", "levenberg-marquardt"],
+        reported: &["session.toml:{line}: solver: unknown solver `simplex`", "levenberg-marquardt"],
     },
     Mistake {
         what: "an unknown solver with options",
         changes: &[("session.toml", Replace("robot = ", "solver = { name = \"simplex\", size = 2 }\nrobot = "))],
-        told: &["session.toml:{line}: solver.name: unknown solver `simplex`", "levenberg-marquardt"],
+        reported: &["session.toml:{line}: solver.name: unknown solver `simplex`", "levenberg-marquardt"],
     },
     Mistake {
         what: "options without the solver's name",
         changes: &[("session.toml", Replace("robot = ", "solver = { max_iterations = 9 }\nrobot = "))],
-        told: &["session.toml:{line}: solver: missing field `name`"],
+        reported: &["session.toml:{line}: solver: missing field `name`"],
     },
     Mistake {
         what: "an option that the solver has not",
         changes: &[("session.toml", Replace("[gravity]", "[solver]\nmax_iteration = 9\nname = \"dogleg\"\n[gravity]"))],
-        told: &["solver.max_iteration: unknown field", "`step_tolerance`", "did you mean `max_iterations`?"],
+        reported: &["solver.max_iteration: unknown field", "`step_tolerance`", "did you mean `max_iterations`?"],
     },
     Mistake {
         what: "an option of the wrong type",
@@ -392,7 +396,9 @@ const IN_NAMES: &[Mistake] = &[
             "session.toml",
             Replace("robot = ", "solver = { name = \"gauss-newton\", max_iterations = \"many\" }\nrobot = "),
         )],
-        told: &["session.toml:{line}: solver.max_iterations: invalid type: string \"many\", expected a whole number"],
+        reported: &[
+            "session.toml:{line}: solver.max_iterations: invalid type: string \"many\", expected a whole number",
+        ],
     },
     Mistake {
         what: "an option that makes no sense",
@@ -400,7 +406,7 @@ const IN_NAMES: &[Mistake] = &[
             "session.toml",
             Replace("robot = ", "solver = { name = \"dogleg\", cosine_tolerance = 2.0 }\nrobot = "),
         )],
-        told: &["session.toml:{line}: solver.cosine_tolerance: ", "`2.0`, expected a number between 0 and 1"],
+        reported: &["session.toml:{line}: solver.cosine_tolerance: ", "`2.0`, expected a number between 0 and 1"],
     },
 ];
 
@@ -414,27 +420,27 @@ fn the_session_without_mistakes_is_calibrated() {
 }
 
 #[test]
-fn mistakes_in_a_session_are_told() {
-    assert_told(IN_THE_SESSION, &[calibrate, check]);
+fn mistakes_in_a_session_are_reported() {
+    assert_reported(IN_THE_SESSION, &[calibrate, check]);
 }
 
 #[test]
-fn mistakes_in_a_table_are_told() {
-    assert_told(IN_A_TABLE, &[calibrate, check]);
+fn mistakes_in_a_table_are_reported() {
+    assert_reported(IN_A_TABLE, &[calibrate, check]);
 }
 
 #[test]
-fn mistakes_in_a_robot_are_told() {
-    assert_told(IN_THE_ROBOT, &[calibrate, check]);
+fn mistakes_in_a_robot_are_reported() {
+    assert_reported(IN_THE_ROBOT, &[calibrate, check]);
 }
 
 #[test]
-fn unknown_names_are_told() {
-    assert_told(IN_NAMES, &[calibrate]);
+fn unknown_names_are_reported() {
+    assert_reported(IN_NAMES, &[calibrate]);
 }
 
 #[test]
-fn results_that_cannot_be_written_are_told() {
+fn results_that_cannot_be_written_are_reported() {
     for results in ["robot.toml", "robot.toml/results", "robot.toml/a/b"] {
         let folder = small_session();
         let before = tree::files_below(folder.path());
@@ -445,7 +451,7 @@ fn results_that_cannot_be_written_are_told() {
 }
 
 #[test]
-fn mistakes_on_the_command_line_are_told() {
+fn mistakes_on_the_command_line_are_reported() {
     let folder = small_session();
     let before = tree::files_below(folder.path());
     let lines: [(&[&str], &str); 7] = [
@@ -457,14 +463,14 @@ fn mistakes_on_the_command_line_are_told() {
         (&["calibrate", "session.toml", "--estimator", "kalman"], "sequential, joint"),
         (&["calibrate", "session.toml", "--solver", "simplex"], "levenberg-marquardt"),
     ];
-    for (line, told) in lines {
-        assert_eq!(gravcal_in(folder.path(), line).refusal(&[told]), None, "{line:?}");
+    for (line, reported) in lines {
+        assert_eq!(gravcal_in(folder.path(), line).refusal(&[reported]), None, "{line:?}");
     }
     assert_eq!(tree::files_below(folder.path()), before);
 }
 
 /// Makes each mistake in a session of its own: every command must tell it and write nothing.
-fn assert_told(mistakes: &[Mistake], commands: &[fn(&Path) -> Run]) {
+fn assert_reported(mistakes: &[Mistake], commands: &[fn(&Path) -> Run]) {
     let wrong: Vec<String> = mistakes.iter().flat_map(|mistake| untold(mistake, commands)).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
@@ -473,10 +479,12 @@ fn untold(mistake: &Mistake, commands: &[fn(&Path) -> Run]) -> Vec<String> {
     let folder = small_session();
     let lines: Vec<usize> =
         mistake.changes.iter().map(|(file, change)| change.make(&folder.path().join(file))).collect();
-    let told: Vec<String> = mistake.told.iter().map(|told| told.replace(LINE, &lines[0].to_string())).collect();
-    let told: Vec<&str> = told.iter().map(String::as_str).collect();
+    let reported: Vec<String> =
+        mistake.reported.iter().map(|reported| reported.replace(LINE, &lines[0].to_string())).collect();
+    let reported: Vec<&str> = reported.iter().map(String::as_str).collect();
     let before = tree::files_below(folder.path());
-    let mut wrong: Vec<String> = commands.iter().filter_map(|command| command(folder.path()).refusal(&told)).collect();
+    let mut wrong: Vec<String> =
+        commands.iter().filter_map(|command| command(folder.path()).refusal(&reported)).collect();
     if tree::files_below(folder.path()) != before {
         wrong.push("files were written".to_owned());
     }

@@ -68,8 +68,8 @@ fn the_simulation_without_mistakes_is_written() {
 }
 
 #[test]
-fn mistakes_in_a_simulation_are_told() {
-    let wrong: Vec<String> = MISTAKES.iter().filter_map(|(old, new, told)| untold(old, new, told)).collect();
+fn mistakes_in_a_simulation_are_reported() {
+    let wrong: Vec<String> = MISTAKES.iter().filter_map(|(old, new, reported)| untold(old, new, reported)).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
@@ -85,16 +85,16 @@ fn recordings_without_end_are_refused() {
         ("move_s = 0.4", "move_s = 1e300", "recording.samples: "),
         ("move_s = 0.4", "move_s = 0.4\nsettling_s = 1e12", "recording.samples: "),
     ];
-    for (old, new, told) in cases {
+    for (old, new, reported) in cases {
         let folder = prepared(&simulation.replacen(old, new, 1));
         let run = gravcal_in(folder.path(), ["simulate", "simulation.toml", "--output", "made"]);
-        assert_eq!(run.refusal(&[told]), None, "{new}");
+        assert_eq!(run.refusal(&[reported]), None, "{new}");
         assert!(!folder.path().join("made").exists());
     }
 }
 
 #[test]
-fn a_session_that_cannot_be_written_is_told() {
+fn a_session_that_cannot_be_written_is_reported() {
     let folder = prepared(SIMULATION);
     for output in ["robot.toml", "robot.toml/made"] {
         let run = gravcal_in(folder.path(), ["simulate", "simulation.toml", "--output", output]);
@@ -102,14 +102,14 @@ fn a_session_that_cannot_be_written_is_told() {
     }
 }
 
-fn untold(old: &str, new: &str, told: &str) -> Option<String> {
+fn untold(old: &str, new: &str, reported: &str) -> Option<String> {
     let line = 1 + SIMULATION.split_once(old).unwrap().0.matches('\n').count();
     let folder = prepared(&SIMULATION.replacen(old, new, 1));
     let run = gravcal_in(folder.path(), ["simulate", "simulation.toml", "--output", "made"]);
     if folder.path().join("made").exists() {
         return Some(format!("{new}: something was written"));
     }
-    run.refusal(&[&told.replace("{line}", &line.to_string())]).map(|wrong| format!("{new}: {wrong}"))
+    run.refusal(&[&reported.replace("{line}", &line.to_string())]).map(|wrong| format!("{new}: {wrong}"))
 }
 
 /// A simulation beside its robot.

@@ -12,7 +12,7 @@ use crate::joint::{
 };
 use crate::plan::Plan;
 use crate::result::{Brief, CovarianceResult, Detail, EstimatorResult, ParameterResult, Verdict};
-use crate::sequential::{SequentialValues, run_steps, tell_steps, tell_steps_briefly};
+use crate::sequential::{SequentialValues, report_steps, report_steps_briefly, run_steps};
 
 /// What is chosen does not go with the session.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -125,7 +125,7 @@ pub fn calibrate(
 ) -> Vec<EstimatorResult> {
     let steps = run_steps(session, &Plan::new(session), environment);
     let answer = |estimator: EstimatorName| match task_of(estimator, session, &steps, environment)? {
-        None => tell_steps(session, &steps, environment),
+        None => report_steps(session, &steps, environment),
         Some(Task { readings, known }) => estimate(session, estimator.as_str(), &readings, known.as_ref(), environment),
     };
     let each = estimators.iter().map(|name| answer(*name).unwrap_or_else(|error| failed(session, *name, &error)));
@@ -143,7 +143,7 @@ pub fn calibrate_briefly(
 ) -> Vec<Result<Brief, EstimateError>> {
     let steps = run_steps(session, &Plan::new(session), environment);
     let brief = |estimator: &EstimatorName| match task_of(*estimator, session, &steps, environment)? {
-        None => Ok(tell_steps_briefly(session, &steps)),
+        None => Ok(report_steps_briefly(session, &steps)),
         Some(Task { readings, known }) => estimate_briefly(session, &readings, known.as_ref(), environment),
     };
     estimators.iter().map(brief).collect()

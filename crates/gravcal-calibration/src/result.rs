@@ -99,7 +99,7 @@ impl EstimatorResult {
     /// One of the four parameters of a joint's sensors. Nothing where the robot has no such joint.
     ///
     /// ```no_run
-    /// # fn tell(result: &gravcal_calibration::result::EstimatorResult) {
+    /// # fn report(result: &gravcal_calibration::result::EstimatorResult) {
     /// use gravcal_robot_model::parameter::SensorParameter;
     ///
     /// if let Some((gain, std)) = result.sensor("joint2", SensorParameter::TorqueGain).and_then(|gain| gain.estimate()) {
@@ -114,7 +114,7 @@ impl EstimatorResult {
     /// The sensors of every joint that has a coordinate of its own, in the robot's order.
     ///
     /// ```no_run
-    /// # fn tell(result: &gravcal_calibration::result::EstimatorResult) {
+    /// # fn report(result: &gravcal_calibration::result::EstimatorResult) {
     /// for sensors in result.joints() {
     ///     if let Some((gain, std)) = sensors.torque_gain.estimate() {
     ///         println!("{}: {gain} ± {std} {}", sensors.joint, sensors.torque_gain.unit);

@@ -113,8 +113,8 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let remarks = write(arguments, &mut application, &csv, &notes(arguments, estimator, attached.as_ref())?)?;
     let assumed = attached.and_then(|attached| attached.remark());
     let remarks = remarks.into_iter().chain(application.remarks()).chain(assumed);
-    let told: String = remarks.map(|remark| format!("note: {remark}\n")).collect();
-    terminal::print(&format!("{told}{}\n", arguments.output.display()))?;
+    let reported: String = remarks.map(|remark| format!("note: {remark}\n")).collect();
+    terminal::print(&format!("{reported}{}\n", arguments.output.display()))?;
     Ok(Exit::Determined)
 }
 
@@ -194,7 +194,7 @@ fn notes(
     let name = arguments.calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let effort = match attached {
         None => "torque, N·m or N".to_owned(),
-        Some(attached) => format!("torque without that which carries gravity, N·m or N; {}", attached.told()),
+        Some(attached) => format!("torque without that which carries gravity, N·m or N; {}", attached.reported()),
     };
     let by = format!("{name} ({estimator}, sha256 {})", input.sha256);
     Ok(BTreeMap::from([(CALIBRATED.to_owned(), by), ("effort".to_owned(), effort)]))

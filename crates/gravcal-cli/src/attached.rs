@@ -35,16 +35,20 @@ impl Attached {
             (None, None, [load]) => Ok(by(*load, "the session")),
             (None, None, []) => Ok(Attached { load: None, said_by: None }),
             (None, ..) => {
-                let told: Vec<&str> = said.into_iter().chain(loads.iter().map(|load| load.unwrap_or("none"))).collect();
-                let message =
-                    format!("{}: which load is attached? It is said to be {}", recording.display(), told.join(" and "));
+                let reported: Vec<&str> =
+                    said.into_iter().chain(loads.iter().map(|load| load.unwrap_or("none"))).collect();
+                let message = format!(
+                    "{}: which load is attached? It is said to be {}",
+                    recording.display(),
+                    reported.join(" and ")
+                );
                 Err(Failure::said(message).hint("--load NAME names it"))
             }
         }
     }
 
     /// Such as `load plate-a, as the session says`.
-    pub fn told(&self) -> String {
+    pub fn reported(&self) -> String {
         let load = self.load.as_ref().map_or_else(|| "no load".to_owned(), |load| format!("load {load}"));
         match self.said_by {
             Some(who) => format!("{load}, as {who} says"),

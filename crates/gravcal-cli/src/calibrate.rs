@@ -10,7 +10,7 @@ use gravcal_estimation::IterationRecord;
 use gravcal_recording::Digest;
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationSummary, CalibrationTable, Contents, Input, Options, OutputError,
-    OutputFolder, Provenance, Written, tell_doubts, tell_further_doubts,
+    OutputFolder, Provenance, Written, report_doubts, report_further_doubts,
 };
 #[cfg(feature = "rerun")]
 use gravcal_rerun::CalibrationRecording;
@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let provenance = provenance(&session, path, &choice)?;
 
     // Before a solve that may last, and may be for nothing.
-    let doubts = tell_doubts(&session.doubts);
+    let doubts = report_doubts(&session.doubts);
     if !(doubts.is_empty() || arguments.quiet || arguments.json) {
         terminal::print(&format!("{doubts}\n"))?;
     }
@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
 
     let found = doubts_of_results(&session, &results);
     let doubts = [&session.doubts[..], &found].concat();
-    let further = if session.doubts.is_empty() { tell_doubts(&found) } else { tell_further_doubts(&found) };
+    let further = if session.doubts.is_empty() { report_doubts(&found) } else { report_further_doubts(&found) };
     let (robot, results) = (session.robot.name.as_str(), results.as_slice());
     let table = CalibrationTable { robot, doubts: &doubts, results }.to_string();
     let file = folder.path().join("calibration.json");
@@ -193,13 +193,13 @@ fn calibrate(
     watch: &Stopwatch,
     (progress, interrupt): (Progress, &Interrupt),
 ) -> Vec<EstimatorResult> {
-    let tell = |stage: &str| {
+    let report = |stage: &str| {
         watch.enter(Phase::of_stage(stage));
         progress.stage(stage);
     };
     let observe = |record: &IterationRecord| progress.iteration(record);
     watch.enter(Phase::Start);
-    let environment = SolveEnvironment::new(choice.solver.method.as_ref(), &tell);
+    let environment = SolveEnvironment::new(choice.solver.method.as_ref(), &report);
     let environment = environment.observed_by(&observe).stopped_by(interrupt.flag());
     gravcal_calibration::calibrate(session, &choice.estimators, &environment)
 }
@@ -226,8 +226,8 @@ fn show(
     (calibration, table): (&str, &str),
 ) -> Result<(), Failure> {
     let id = &Digest::of_bytes(calibration.as_bytes()).sha256;
-    let told = arguments.rerun.show(&CalibrationRecording { id, session, results, table }, arguments.overwrite)?;
-    if arguments.json { Ok(()) } else { terminal::print(&told) }
+    let reported = arguments.rerun.show(&CalibrationRecording { id, session, results, table }, arguments.overwrite)?;
+    if arguments.json { Ok(()) } else { terminal::print(&reported) }
 }
 
 fn refused(error: &OutputError) -> Failure {

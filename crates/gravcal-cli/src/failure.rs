@@ -58,14 +58,14 @@ impl Failure {
 
 /// The chain of causes, without those that the text before them already tells.
 fn causes(error: &dyn Error) -> Vec<String> {
-    let mut told = error.to_string();
+    let mut reported = error.to_string();
     let mut causes = Vec::new();
     let mut next = error.source();
     while let Some(cause) = next {
         let text = cause.to_string();
-        if !told.contains(&text) {
+        if !reported.contains(&text) {
             causes.push(text.clone());
-            told = text;
+            reported = text;
         }
         next = cause.source();
     }
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn every_cause_is_told_once() {
+    fn every_cause_is_reported_once() {
         let error = chain(&["joint: singular", "singular", "no pose", "disk full"]);
         assert_eq!(
             Failure::bad_input(&error).to_string(),
@@ -137,13 +137,13 @@ mod tests {
     }
 
     #[test]
-    fn of_a_message_without_end_beginning_and_end_are_told() {
+    fn of_a_message_without_end_beginning_and_end_are_reported() {
         let long = format!("session.toml:3: found `{}`, expected a number", "é".repeat(1 << 22));
-        let told = Failure::said(&long).hint("write a number").to_string();
-        assert!(told.chars().count() < 2200, "{}", told.len());
+        let reported = Failure::said(&long).hint("write a number").to_string();
+        assert!(reported.chars().count() < 2200, "{}", reported.len());
         assert!(
-            told.starts_with("error: session.toml:3: found `é")
-                && told.ends_with("expected a number\nhint: write a number")
+            reported.starts_with("error: session.toml:3: found `é")
+                && reported.ends_with("expected a number\nhint: write a number")
         );
         let most = "é".repeat(2000);
         assert_eq!(shortened(&most), most);

@@ -89,7 +89,7 @@ No pose was found. Any of these makes some:
 
 /// What is told.
 #[derive(Serialize)]
-struct Told<'a> {
+struct Reported<'a> {
     #[serde(flatten)]
     inspection: &'a Inspection,
     /// How many standstills or, where there are none, slow sweeps; absent where rows are poses, or columns cannot be told.
@@ -137,9 +137,9 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     if let Some((path, (draft, poses))) = session {
         write(path, draft, poses)?;
     }
-    tell(arguments, &inspection, draft.as_ref())?;
+    report(arguments, &inspection, draft.as_ref())?;
     if let Some((path, (draft, poses))) = session.filter(|_| !arguments.json) {
-        tell_session(path, draft, poses)?;
+        report_session(path, draft, poses)?;
     }
     Ok(Exit::Determined)
 }
@@ -188,7 +188,7 @@ fn refused(error: &DraftError, file: &Path) -> Failure {
     }
 }
 
-fn tell(
+fn report(
     arguments: &Arguments,
     inspection: &Inspection,
     draft: Option<&(Draft<'_>, DraftPoses)>,
@@ -198,8 +198,8 @@ fn tell(
     let doubt = draft.and_then(|(_, poses)| poses.doubt()).map(str::to_owned);
     let notes: Vec<String> = found.into_iter().chain(doubt).collect();
     if arguments.json {
-        let told = Told { inspection, poses_found: searched.map(Searched::found), notes };
-        let text = serde_json::to_string_pretty(&told).map_err(|error| Failure::bad_input(&error))?;
+        let reported = Reported { inspection, poses_found: searched.map(Searched::found), notes };
+        let text = serde_json::to_string_pretty(&reported).map_err(|error| Failure::bad_input(&error))?;
         return terminal::print_exactly(&format!("{text}\n"));
     }
     let poses = match (draft, searched) {
@@ -223,7 +223,7 @@ fn write(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<(), Failu
 }
 
 /// Tells whether the session that is written can be read as it is, and what looks wrong in it that has not been told.
-fn tell_session(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<(), Failure> {
+fn report_session(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<(), Failure> {
     let mut notes = draft.notes();
     let next = match read_session(path) {
         Ok(session) => {
@@ -245,13 +245,13 @@ mod tests {
     fn further_recordings_are_shown_as_poses_of_the_session() {
         let files = ["bare.csv", "loaded.csv", "second load.csv"].map(PathBuf::from);
         assert_eq!(only(&files[..1]).unwrap(), Path::new("bare.csv"));
-        let told = only(&files).unwrap_err().to_string();
+        let reported = only(&files).unwrap_err().to_string();
         for expected in [
             "3 recordings are named, and one is inspected at a time",
             "draw up the session from bare.csv;",
             "\n  [[poses]]\n  file = \"loaded.csv\"\n  [[poses]]\n  file = \"second load.csv\"",
         ] {
-            assert!(told.contains(expected), "{told}");
+            assert!(reported.contains(expected), "{reported}");
         }
         assert!(only(&[]).is_err());
     }

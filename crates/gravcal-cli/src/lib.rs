@@ -114,9 +114,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>, registry: &Registry) 
     let arguments = match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
         Ok(arguments) => arguments,
         // Help, and the version, are told by an error, too.
-        Err(told) => {
-            let _: std::io::Result<()> = told.print();
-            return if told.use_stderr() { Exit::BadInput.code() } else { Exit::Determined.code() };
+        Err(reported) => {
+            let _: std::io::Result<()> = reported.print();
+            return if reported.use_stderr() { Exit::BadInput.code() } else { Exit::Determined.code() };
         }
     };
     match run_command(&arguments.command, registry) {

@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_name_in_the_session_is_told_with_the_known_ones() {
+    fn an_unknown_name_in_the_session_is_reported_with_the_known_ones() {
         let failure = chosen(&[], &["kalman"]).unwrap_err();
         assert_eq!(
             failure.to_string(),
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_of_the_name_is_told() {
+    fn the_line_of_the_name_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("session.toml");
         std::fs::write(&path, "robot = \"robot.toml\"\n\nestimators = [\"kalman\"]\n").unwrap();

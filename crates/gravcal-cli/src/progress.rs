@@ -21,18 +21,18 @@ const TICK: Duration = Duration::from_millis(100);
 
 /// What the line is told.
 #[derive(Debug)]
-enum Told {
+enum Reported {
     /// Another stage begins.
     Stage(String),
     /// How far it is.
     Iteration(IterationRecord),
 }
 
-impl Told {
+impl Reported {
     fn text(&self) -> String {
         match self {
-            Told::Stage(stage) => stage.clone(),
-            Told::Iteration(IterationRecord { iteration, cost, cosine, .. }) => {
+            Reported::Stage(stage) => stage.clone(),
+            Reported::Iteration(IterationRecord { iteration, cost, cosine, .. }) => {
                 format!("  iteration {iteration}, cost {cost:.6e}, largest cosine {cosine:.1e}")
             }
         }
@@ -43,7 +43,7 @@ impl Told {
 #[derive(Debug)]
 pub struct Progress {
     /// Takes what is told; `None` where nothing is shown.
-    told: Option<Sender<Told>>,
+    reported: Option<Sender<Reported>>,
     line: Option<JoinHandle<()>>,
     /// Whether everything is told at once in a line of its own, terminal or not.
     in_lines: bool,
@@ -53,20 +53,20 @@ impl Progress {
     /// Shows nothing if `quiet`, or if nobody looks at a terminal.
     pub fn new(quiet: bool) -> Progress {
         if quiet || !stderr().is_terminal() {
-            return Progress { told: None, line: None, in_lines: false };
+            return Progress { reported: None, line: None, in_lines: false };
         }
-        let (sender, told) = channel();
-        Progress { told: Some(sender), line: Some(spawn(move || show(&told))), in_lines: false }
+        let (sender, reported) = channel();
+        Progress { reported: Some(sender), line: Some(spawn(move || show(&reported))), in_lines: false }
     }
 
     /// Tells every stage and iteration in a line of its own.
     pub fn in_lines() -> Progress {
-        Progress { told: None, line: None, in_lines: true }
+        Progress { reported: None, line: None, in_lines: true }
     }
 
     /// Another stage begins.
     pub fn stage(&self, stage: &str) {
-        self.tell(|| Told::Stage(plain(stage).into_owned()));
+        self.report(|| Reported::Stage(plain(stage).into_owned()));
     }
 
     /// A session is read, of which long recordings are worth a word.
@@ -79,15 +79,15 @@ impl Progress {
 
     /// The solver has done another iteration.
     pub fn iteration(&self, record: &IterationRecord) {
-        self.tell(|| Told::Iteration(*record));
+        self.report(|| Reported::Iteration(*record));
     }
 
-    fn tell(&self, told: impl FnOnce() -> Told) {
+    fn report(&self, reported: impl FnOnce() -> Reported) {
         if self.in_lines {
-            terminal::complain(&told().text());
-        } else if let Some(sender) = &self.told {
+            terminal::complain(&reported().text());
+        } else if let Some(sender) = &self.reported {
             // The receiver ends only after the sender.
-            let _ = sender.send(told());
+            let _ = sender.send(reported());
         }
     }
 }
@@ -100,10 +100,10 @@ struct Line {
 }
 
 impl Line {
-    fn hear(&mut self, told: Told) {
-        match told {
-            Told::Stage(stage) => *self = Line { stage, iteration: None },
-            Told::Iteration(record) => self.iteration = Some(record),
+    fn hear(&mut self, reported: Reported) {
+        match reported {
+            Reported::Stage(stage) => *self = Line { stage, iteration: None },
+            Reported::Iteration(record) => self.iteration = Some(record),
         }
     }
 
@@ -115,7 +115,7 @@ impl Line {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.told = None; // hangs up, which ends the thread
+        self.reported = None; // hangs up, which ends the thread
         if let Some(line) = self.line.take() {
             let _ = line.join();
         }
@@ -123,11 +123,11 @@ impl Drop for Progress {
 }
 
 /// Shows what was told last until the sender hangs up.
-fn show(told: &Receiver<Told>) {
-    let Some(mut line) = line_after_patience(told) else { return };
+fn show(reported: &Receiver<Reported>) {
+    let Some(mut line) = line_after_patience(reported) else { return };
     let spinner = ProgressBar::new_spinner().with_message(line.text());
     loop {
-        match told.recv_timeout(TICK) {
+        match reported.recv_timeout(TICK) {
             Ok(news) => {
                 line.hear(news);
                 spinner.set_message(line.text());
@@ -140,12 +140,12 @@ fn show(told: &Receiver<Told>) {
 }
 
 /// The line at the end of [`PATIENCE`]; nothing if the sender hung up before.
-fn line_after_patience(told: &Receiver<Told>) -> Option<Line> {
+fn line_after_patience(reported: &Receiver<Reported>) -> Option<Line> {
     let deadline = std::time::Instant::now() + PATIENCE;
     let mut line = Line::default();
     loop {
         let left = deadline.saturating_duration_since(std::time::Instant::now());
-        match told.recv_timeout(left) {
+        match reported.recv_timeout(left) {
             Ok(news) => line.hear(news),
             Err(RecvTimeoutError::Timeout) => return Some(line),
             Err(RecvTimeoutError::Disconnected) => return None,
@@ -162,28 +162,28 @@ mod tests {
 
     #[test]
     fn what_is_over_soon_is_not_shown() {
-        let (sender, told) = channel();
-        sender.send(Told::Stage("solving".to_owned())).unwrap();
+        let (sender, reported) = channel();
+        sender.send(Reported::Stage("solving".to_owned())).unwrap();
         drop(sender);
-        assert_eq!(line_after_patience(&told), None);
+        assert_eq!(line_after_patience(&reported), None);
     }
 
     #[test]
     fn after_a_while_the_newest_stage_is_shown() {
-        let (sender, told) = channel();
+        let (sender, reported) = channel();
         for stage in ["starting", "solving"] {
-            sender.send(Told::Stage(stage.to_owned())).unwrap();
+            sender.send(Reported::Stage(stage.to_owned())).unwrap();
         }
-        assert_eq!(line_after_patience(&told).unwrap().text(), "solving");
+        assert_eq!(line_after_patience(&reported).unwrap().text(), "solving");
     }
 
     #[test]
     fn iterations_are_those_of_their_stage() {
         let mut line = Line::default();
-        line.hear(Told::Stage("solving".to_owned()));
-        line.hear(Told::Iteration(RECORD));
+        line.hear(Reported::Stage("solving".to_owned()));
+        line.hear(Reported::Iteration(RECORD));
         assert_eq!(line.text(), "solving: iteration 7, cost 6.065300e2, largest cosine 3.2e-5");
-        line.hear(Told::Stage("judging".to_owned()));
+        line.hear(Reported::Stage("judging".to_owned()));
         assert_eq!(line.text(), "judging");
     }
 

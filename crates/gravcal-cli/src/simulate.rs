@@ -54,8 +54,8 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     targets::check(&simulation.template.inputs, &session_files(&simulation, &folder))?;
     let files = write_session(&simulation, arguments.trial, &folder, arguments.overwrite)
         .map_err(|error| Failure::bad_input(&error))?;
-    let told: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
-    terminal::print(&told)?;
+    let reported: String = files.iter().map(|file| format!("{}\n", file.display())).collect();
+    terminal::print(&reported)?;
     Ok(Exit::Determined)
 }
 

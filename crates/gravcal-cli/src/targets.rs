@@ -85,11 +85,14 @@ mod tests {
         };
         assert_eq!(refused(&["other", "new", "absent"]), None);
         for name in ["session.toml", "bag/../session.toml", "bag/1.mcap"] {
-            let told = refused(&["other", name]);
-            assert!(told.as_ref().is_some_and(|told| told.contains("this file is read")), "{name}: {told:?}");
+            let reported = refused(&["other", name]);
+            assert!(
+                reported.as_ref().is_some_and(|reported| reported.contains("this file is read")),
+                "{name}: {reported:?}"
+            );
         }
         for pair in [["new", "bag/../new"], ["other", "bag/../other"]] {
-            assert!(refused(&pair).is_some_and(|told| told.contains("two results")), "{pair:?}");
+            assert!(refused(&pair).is_some_and(|reported| reported.contains("two results")), "{pair:?}");
         }
         #[cfg(unix)]
         {

@@ -66,8 +66,8 @@ mod tests {
     #[test]
     fn words_that_decide_are_coloured_and_nothing_else_changes() {
         let text = "  joint  determined: everything\n  other  partly determined: not x\n  torque_gain  undetermined\n";
-        let told = painted(text);
-        assert!(told.contains(&format!("{GOOD}  determined:{GOOD:#} everything")), "{told:?}");
-        assert_eq!(anstream::adapter::strip_str(&told).to_string(), text);
+        let reported = painted(text);
+        assert!(reported.contains(&format!("{GOOD}  determined:{GOOD:#} everything")), "{reported:?}");
+        assert_eq!(anstream::adapter::strip_str(&reported).to_string(), text);
     }
 }

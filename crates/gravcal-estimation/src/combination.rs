@@ -106,7 +106,7 @@ mod tests {
         (problem, values, analysis)
     }
 
-    fn told(problem: &Problem, values: &Values, columns: &[usize], steps: &[Vec<f64>]) -> Vec<String> {
+    fn reported(problem: &Problem, values: &Values, columns: &[usize], steps: &[Vec<f64>]) -> Vec<String> {
         named_combinations(problem, values, columns, steps).iter().map(ToString::to_string).collect()
     }
 
@@ -116,7 +116,7 @@ mod tests {
         let (problem, values, analysis) =
             problem(&[("a", "m"), ("b", "m"), ("c", "s")], &[&[0.7, 2.0, 0.0], &[0.0, 0.0, 1.0]]);
         let columns = [0, 1, 2];
-        assert_eq!(told(&problem, &values, &columns, &analysis.null_directions(&columns)), ["1.00 a − 0.35 b"]);
+        assert_eq!(reported(&problem, &values, &columns, &analysis.null_directions(&columns)), ["1.00 a − 0.35 b"]);
         assert!(analysis.weak_directions(&columns).is_empty());
     }
 
@@ -129,7 +129,7 @@ mod tests {
         let columns = [0, 1, 2, 3];
         assert!(analysis.null_directions(&columns).is_empty());
         let weak = analysis.weak_directions(&columns);
-        assert_eq!(told(&problem, &values, &columns, &[weak[0].step.clone()]), ["1.00 a [m] − 499.88 b [s]"]);
+        assert_eq!(reported(&problem, &values, &columns, &[weak[0].step.clone()]), ["1.00 a [m] − 499.88 b [s]"]);
         // Columns (1, 1) and (1, 1.0005) of unit length: the smaller singular value is 0.00025/√2.
         assert_eq!(weak.len(), 1);
         assert!((weak[0].times_worse / (2.0_f64.sqrt() / 2.5e-4) - 1.0).abs() < 0.01, "{}", weak[0].times_worse);

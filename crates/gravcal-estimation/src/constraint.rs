@@ -175,7 +175,7 @@ impl Constraint {
     pub fn complaint(&self, values: &Values) -> String {
         let (found, demanded) = match &self.kind {
             ConstraintKind::Range { function, lower, upper } => {
-                (format!("is {}", function.at(values)), told(*lower, *upper))
+                (format!("is {}", function.at(values)), reported(*lower, *upper))
             }
             ConstraintKind::Cone { norm_of, at_most } => {
                 let length = norm(norm_of.iter().map(|f| f.at(values)));
@@ -257,7 +257,7 @@ impl Affine {
     }
 }
 
-fn told(lower: f64, upper: f64) -> String {
+fn reported(lower: f64, upper: f64) -> String {
     match (lower.is_finite(), upper.is_finite()) {
         _ if lower == upper => lower.to_string(),
         (true, false) => format!("at least {lower}"),
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn violations_are_told_in_the_unit_of_the_function() {
+    fn violations_are_reported_in_the_unit_of_the_function() {
         let (x, values) = block_at(&[3.0, 4.0, 0.0]);
         assert_eq!(Constraint::bound("b", x, 1, 5.0, f64::INFINITY).violation(&values), 1.0);
         assert_eq!(Constraint::bound("b", x, 1, f64::NEG_INFINITY, 3.5).violation(&values), 0.5);
@@ -291,14 +291,14 @@ mod tests {
     }
 
     #[test]
-    fn values_that_break_a_constraint_are_told_with_its_limits() {
+    fn values_that_break_a_constraint_are_reported_with_its_limits() {
         let (x, values) = block_at(&[3.0, 4.0, 0.0]);
-        let told = |constraint: Constraint| constraint.complaint(&values);
-        assert_eq!(told(Constraint::bound("b", x, 0, f64::NEG_INFINITY, 2.0)), "`b` (is 3, must be at most 2)");
-        assert_eq!(told(Constraint::bound("b", x, 0, 4.0, 5.0)), "`b` (is 3, must be between 4 and 5)");
-        assert_eq!(told(Constraint::bound("b", x, 0, 4.0, 4.0)), "`b` (is 3, must be 4)");
-        assert_eq!(told(Constraint::ball("s", x, &[0.0; 3], 4.5)), "`s` (has length 5, must be at most 4.5)");
-        assert_eq!(told(Constraint::length("l", x, 6.0)), "`l` (has length 5, must be 6)");
+        let reported = |constraint: Constraint| constraint.complaint(&values);
+        assert_eq!(reported(Constraint::bound("b", x, 0, f64::NEG_INFINITY, 2.0)), "`b` (is 3, must be at most 2)");
+        assert_eq!(reported(Constraint::bound("b", x, 0, 4.0, 5.0)), "`b` (is 3, must be between 4 and 5)");
+        assert_eq!(reported(Constraint::bound("b", x, 0, 4.0, 4.0)), "`b` (is 3, must be 4)");
+        assert_eq!(reported(Constraint::ball("s", x, &[0.0; 3], 4.5)), "`s` (has length 5, must be at most 4.5)");
+        assert_eq!(reported(Constraint::length("l", x, 6.0)), "`l` (has length 5, must be 6)");
         assert!(Constraint::bound("b", x, 0, 3.0 + 1e-12, 5.0).is_obeyed_by(&values));
         assert!(!Constraint::bound("b", x, 0, 3.0 + 1e-7, 5.0).is_obeyed_by(&values));
     }

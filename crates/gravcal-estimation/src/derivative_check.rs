@@ -174,16 +174,16 @@ mod tests {
     }
 
     #[test]
-    fn lengths_that_do_not_fit_are_told() {
+    fn lengths_that_do_not_fit_are_reported() {
         let id = ProblemBuilder::new().add_block(Block::vector("x", "", &["a", "b"]), &[1.0, 2.0]);
         let line = Line::new(&[id], &[2.0, 3.0], 1.0);
         assert_eq!(check_derivatives(&line, &[2], &[1.0, 2.0], 1e-9), Ok(()));
         for (lengths, x) in [(&[1][..], &[1.0, 2.0][..]), (&[1, 1], &[1.0, 2.0]), (&[2], &[1.0])] {
-            let told = check_derivatives(&line, lengths, x, 1e-9).unwrap_err();
-            assert!(matches!(told, DerivativeMismatch::Lengths { read: 1, .. }), "{told}");
+            let reported = check_derivatives(&line, lengths, x, 1e-9).unwrap_err();
+            assert!(matches!(reported, DerivativeMismatch::Lengths { read: 1, .. }), "{reported}");
         }
-        let told = check_derivatives(&Third(id), &[2], &[1.0, 2.0], 1e-9).unwrap_err().to_string();
-        assert!(told.starts_with("the residual panicked: index out of bounds"), "{told}");
+        let reported = check_derivatives(&Third(id), &[2], &[1.0, 2.0], 1e-9).unwrap_err().to_string();
+        assert!(reported.starts_with("the residual panicked: index out of bounds"), "{reported}");
     }
 
     /// `x₀ + x₁`, with a pattern of both, of which one entry is left as it was.

@@ -171,8 +171,8 @@ mod tests {
         assert!(Noise::independent(&[f64::NAN]).is_err());
         assert!(Noise::independent(&[1e-320]).is_err(), "its inverse is infinite");
         assert_eq!(Noise::correlated(&[1.0; 3], 2).unwrap_err(), NoiseError::Size { numbers: 3, rows: 2 });
-        let told = Noise::correlated(&[1.0, 0.9, 0.0, 1.0], 2).unwrap_err().to_string();
-        assert_eq!(told, "the covariance of readings 1 and 0 is stated twice, and not the same: 0 and 0.9");
+        let reported = Noise::correlated(&[1.0, 0.9, 0.0, 1.0], 2).unwrap_err().to_string();
+        assert_eq!(reported, "the covariance of readings 1 and 0 is stated twice, and not the same: 0 and 0.9");
         assert_eq!(Noise::correlated(&[1.0, 2.0, 2.0, 1.0], 2).unwrap_err(), NoiseError::NotPositiveDefinite(2));
     }
 }

@@ -137,7 +137,7 @@ impl SolveContext<'_> {
     }
 
     /// Tells the observer, if there is one.
-    pub fn tell(&mut self, record: &IterationRecord) {
+    pub fn report(&mut self, record: &IterationRecord) {
         if let Some(observer) = self.observer.as_mut() {
             observer.iteration(record);
         }

@@ -137,7 +137,7 @@ impl Thermometer {
 }
 
 /// A parameter as it is told.
-struct Told {
+struct Reported {
     name: &'static str,
     unit: &'static str,
     /// With its standard deviation, where it is determined.
@@ -146,7 +146,7 @@ struct Told {
 
 /// What is told.
 struct Answer {
-    parameters: Vec<Told>,
+    parameters: Vec<Reported>,
     /// What is not determined, by name: shares of values.
     open: Vec<Combination<&'static str>>,
     /// V.
@@ -172,11 +172,15 @@ fn calibrate(thermometer: &Thermometer, environment: &SolveEnvironment<'_>) -> R
     let uncertainty = known.uncertainty.widened(&widened);
     let judgement = judge(&problem, analysis, uncertainty.covariance(), &asked);
 
-    let told = |(parameter, (name, unit, ..)): (&Parameter<&str>, (&'static str, &'static str, f64, f64))| {
+    let reported = |(parameter, (name, unit, ..)): (&Parameter<&str>, (&'static str, &'static str, f64, f64))| {
         let std = uncertainty.covariance().std(problem.columns_of(parameter.block).start);
-        Told { name, unit, value: judgement.determines(parameter.id).then(|| (values.scalar(parameter.block), std)) }
+        Reported {
+            name,
+            unit,
+            value: judgement.determines(parameter.id).then(|| (values.scalar(parameter.block), std)),
+        }
     };
-    let parameters = asked.iter().zip(PARAMETERS).map(told).collect();
+    let parameters = asked.iter().zip(PARAMETERS).map(reported).collect();
     Ok(Answer { parameters, open: judgement.combinations.clone(), noise })
 }
 
@@ -204,7 +208,7 @@ fn likeliest_fit(
 
 fn print(answer: &Answer) {
     println!("noise {:.2} mV", 1e3 * answer.noise);
-    for Told { name, unit, value } in &answer.parameters {
+    for Reported { name, unit, value } in &answer.parameters {
         match value {
             Some((value, std)) => println!("{name:<4} {value:>9.3} ± {std:.3} {unit}"),
             None => println!("{name:<4} not determined"),
@@ -237,19 +241,19 @@ mod tests {
     }
 
     /// Those that are told lie within four standard deviations.
-    fn told(answer: &Answer) -> Vec<&'static str> {
-        let told = answer.parameters.iter().zip(TRUTH).filter_map(|(Told { name, value, .. }, truth)| {
+    fn reported(answer: &Answer) -> Vec<&'static str> {
+        let reported = answer.parameters.iter().zip(TRUTH).filter_map(|(Reported { name, value, .. }, truth)| {
             let (value, std) = (*value)?;
             assert!((value - truth).abs() < 4.0 * std, "{name}: {value} ± {std}");
             Some(*name)
         });
-        told.collect()
+        reported.collect()
     }
 
     #[test]
     fn without_a_measured_resistor_only_the_ratio_of_both_is_known() {
         let answer = answered(None);
-        assert_eq!(told(&answer), ["B", "V"]);
+        assert_eq!(reported(&answer), ["B", "V"]);
         let [Combination { parameters, std_over_limit: None }] = &answer.open[..] else { panic!("{:?}", answer.open) };
         let [("R_0", a), ("R_s", b)] = parameters[..] else { panic!("{parameters:?}") };
         assert!((a / b - 1.0).abs() < 1e-6, "both by the same share: {a} {b}");
@@ -259,7 +263,7 @@ mod tests {
     #[test]
     fn with_it_all_are() {
         let answer = answered(Some((9.95, 0.02)));
-        assert_eq!(told(&answer), ["B", "V", "R_0", "R_s"]);
+        assert_eq!(reported(&answer), ["B", "V", "R_0", "R_s"]);
         assert!(answer.open.is_empty());
         // R_0 is known as well, in shares, as the resistor is.
         let share = |index: usize| answer.parameters[index].value.map(|(value, std)| std / value).unwrap();

@@ -72,9 +72,9 @@ impl<Id: Copy + Ord> Judgement<Id> {
     }
 
     /// Tells by themselves the open parameters that no combination tells.
-    fn tell_the_rest(&mut self) {
-        let told = |id: &Id| self.combinations.iter().any(|c| c.contains(*id));
-        let untold: Vec<Id> = self.open.iter().copied().filter(|id| !told(id)).collect();
+    fn report_the_rest(&mut self) {
+        let reported = |id: &Id| self.combinations.iter().any(|c| c.contains(*id));
+        let untold: Vec<Id> = self.open.iter().copied().filter(|id| !reported(id)).collect();
         self.combinations.extend(untold.into_iter().map(|id| Combination::alone(id, None)));
     }
 }
@@ -108,7 +108,7 @@ pub fn judge<Id: Copy + Ord>(
 ) -> Judgement<Id> {
     let columns = columns(problem, parameters);
     let mut judgement = without_information(analysis, &columns);
-    judgement.tell_the_rest();
+    judgement.report_the_rest();
     let is_number = |parameter: &&Parameter<Id>| problem.columns_of(parameter.block).len() < 2;
     let (numbers, vectors): (Vec<_>, Vec<_>) = parameters.iter().partition(is_number);
     for parameter in numbers.into_iter().chain(vectors) {
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_told_apart_is_one_combination() {
+    fn what_cannot_be_distinguished_is_one_combination() {
         let judgement = judged([1.0, 0.5, 0.25], &[]);
         assert!(judgement.determines(Of::Gain) && !judgement.determines(Of::Offset) && !judgement.determines(Of::Bias));
         let [Combination { parameters, std_over_limit: None }] = &judgement.combinations[..] else {
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_known_beyond_its_limit_is_told_by_itself() {
+    fn what_is_known_beyond_its_limit_is_reported_by_itself() {
         // The slope of a line has the standard deviation σ/√Σ(x − x̄)².
         let std = 0.1 / line(&READINGS).2.sqrt();
         assert!(judged([1.001 * std, 1.0, 1.0], &[1]).combinations.is_empty());
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_open_elsewhere_is_open_and_told_once() {
+    fn what_is_open_elsewhere_is_open_and_reported_once() {
         let mut judgement = judged([1.0; 3], &[1]);
         let other = judged([1.0; 3], &[]);
         judgement.leave_open_what_is_open_in(&other);

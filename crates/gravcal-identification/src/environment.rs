@@ -68,7 +68,7 @@ impl<'a> SolveEnvironment<'a> {
     }
 
     /// Tells what is being done.
-    pub fn tell(&self, stage: &str) {
+    pub fn report(&self, stage: &str) {
         (self.progress)(stage);
     }
 

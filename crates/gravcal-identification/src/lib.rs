@@ -10,7 +10,7 @@
 //! let noise = noise_by_squares(&residuals, &alike);                              // by channel, by leverage; the problem is built again
 //! likeliest.or_from(starts, follow, on, &environment);                             // other starts, compared by their likelihood
 //! let settled = settle(fit, &[&mirrored, &reversed], &environment)?;               // discrete symmetries: images of the solution
-//! let profiles = Profiled { .. }.wider(&told, &environment)?;                      // where the linear model is too sure
+//! let profiles = Profiled { .. }.wider(&reported, &environment)?;                      // where the linear model is too sure
 //! let judgement = judge(&fit.problem, &known.analysis, covariance, &parameters); // rank and limits of use, in combinations
 //! ```
 //!

@@ -90,18 +90,19 @@ struct CommonNoise {
 impl CommonNoise {
     /// Nothing where no channel tells anything.
     fn of(channels: &[Residuals]) -> Option<CommonNoise> {
-        let telling: Vec<&Residuals> = channels.iter().filter(|c| c.variance().is_some() && c.freedom >= 1.0).collect();
-        let count = telling.len() as f64;
+        let informative: Vec<&Residuals> =
+            channels.iter().filter(|c| c.variance().is_some() && c.freedom >= 1.0).collect();
+        let count = informative.len() as f64;
         if count < 2.0 {
             return CommonNoise::of_all(channels);
         }
-        let logarithms = || telling.iter().filter_map(|c| Some(c.variance()?.ln() - excess(c.freedom)));
+        let logarithms = || informative.iter().filter_map(|c| Some(c.variance()?.ln() - excess(c.freedom)));
         let mean = logarithms().sum::<f64>() / count;
         let scatter = logarithms().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        let by_chance = telling.iter().map(|c| trigamma(0.5 * c.freedom)).sum::<f64>() / count;
+        let by_chance = informative.iter().map(|c| trigamma(0.5 * c.freedom)).sum::<f64>() / count;
         Some(match freedom_of_scatter(scatter - by_chance) {
             Some(freedom) => CommonNoise { variance: (mean + excess(freedom)).exp(), freedom },
-            None => return CommonNoise::of_all(telling),
+            None => return CommonNoise::of_all(informative),
         })
     }
 

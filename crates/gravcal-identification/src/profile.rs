@@ -50,14 +50,14 @@ pub struct Profiled<'a> {
 }
 
 impl Profiled<'_> {
-    /// Columns and standard deviations that their profiles tell, where these are larger than those of the linear model. `told`: columns and
+    /// Columns and standard deviations that their profiles tell, where these are larger than those of the linear model. `reported`: columns and
     /// limits of use of parameters of one number each.
     ///
     /// # Errors
     /// Where the problem cannot be evaluated.
     pub fn wider(
         &self,
-        told: &[(usize, f64)],
+        reported: &[(usize, f64)],
         environment: &SolveEnvironment<'_>,
     ) -> Result<Vec<(usize, f64)>, EvaluateError> {
         if self.problem.columns().len() > MOST_COLUMNS {
@@ -66,7 +66,7 @@ impl Profiled<'_> {
         let freedom = self.problem.rows().saturating_sub(self.analysis.rank()).max(1) as f64;
         let noise = (2.0 * self.problem.without_reference().cost(self.values)? / freedom).max(1.0);
         let wider = |(column, limit): &(usize, f64)| self.of_column(*column, *limit, noise, environment);
-        let found: Vec<Vec<_>> = in_parallel(told, wider).into_iter().collect::<Result<_, _>>()?;
+        let found: Vec<Vec<_>> = in_parallel(reported, wider).into_iter().collect::<Result<_, _>>()?;
         Ok(found.concat())
     }
 
@@ -217,7 +217,7 @@ mod tests {
     }
 
     /// What is told of `x`, if it is more than σ.
-    fn told(sigma: f64, limit: f64) -> Option<f64> {
+    fn reported(sigma: f64, limit: f64) -> Option<f64> {
         let mut builder = ProblemBuilder::new();
         let blocks = ["x", "y"].map(|name| builder.add_block(Block::scalar(name, ""), &[0.0]));
         let noise = Noise::independent(&[sigma, 1.0]).unwrap();
@@ -233,13 +233,13 @@ mod tests {
     fn a_profile_that_flattens_tells_its_own_width() {
         // ½ h² is reached at sinh(h σ): the standard deviation sinh(h σ)/h grows up to h = 4, beyond which nobody looks but for a step.
         let width = |h: f64| (0.5 * h).sinh() / h;
-        let std = told(0.5, 5.0).unwrap();
+        let std = reported(0.5, 5.0).unwrap();
         assert!((0.99 * width(4.0)..width(6.0)).contains(&std), "{std} {}", width(4.0));
     }
 
     #[test]
     fn what_is_nearly_linear_or_known_well_enough_stays() {
-        assert_eq!(told(0.05, 0.5), None, "sinh(0.2)/4 is 0.0503");
-        assert_eq!(told(0.5, 20.0), None, "a fortieth of its limit");
+        assert_eq!(reported(0.05, 0.5), None, "sinh(0.2)/4 is 0.0503");
+        assert_eq!(reported(0.5, 20.0), None, "a fortieth of its limit");
     }
 }

@@ -117,7 +117,7 @@ pub fn settle<S, V, E>(
         if images.is_empty() {
             continue;
         }
-        environment.tell(symmetry.name());
+        environment.report(symmetry.name());
         let end = lowest(*symmetry, images, &settled.solution, environment)?;
         let gain = |end: &S| symmetry.height(&settled.solution) - symmetry.height(end);
         let undecided = |end: &S| {

@@ -10,13 +10,13 @@ use gravcal::estimation::IterationRecord;
 use gravcal_cli::{Choice, Exit, Failure, Phase, Stopwatch, provenance};
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationSummary, CalibrationTable, Contents, OutputFolder, Provenance, Timing,
-    Written, tell_doubts,
+    Written, report_doubts,
 };
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 
 use crate::failure::failure;
-use crate::work::Tell;
+use crate::work::Report;
 
 /// A calibration.
 #[pyclass(frozen, module = "gravcal._native")]
@@ -33,18 +33,18 @@ pub struct Calibration {
 pub fn calibrate(
     (session, path, read_ms): (&Arc<Session>, &Path, f64),
     choice: &Choice,
-    tell: &Tell<'_>,
+    report: &Report<'_>,
     stop: &AtomicBool,
 ) -> Result<Calibration, Failure> {
     let provenance = provenance(session, path, choice)?;
     let watch = Stopwatch::start(Phase::Start);
     let stage = |stage: &str| {
         watch.enter(Phase::of_stage(stage));
-        tell(stage.to_owned());
+        report(stage.to_owned());
     };
     let iteration = |record: &IterationRecord| {
         let IterationRecord { iteration, cost, .. } = record;
-        tell(format!("iteration {iteration}, cost {cost:.6e}"));
+        report(format!("iteration {iteration}, cost {cost:.6e}"));
     };
     let environment =
         SolveEnvironment::new(choice.solver.method.as_ref(), &stage).observed_by(&iteration).stopped_by(stop);
@@ -78,7 +78,7 @@ impl Calibration {
     fn summary(&self) -> String {
         let robot = &self.session.robot.name;
         let summary = CalibrationSummary { robot, results: &self.results, file: "calibration.json" };
-        match tell_doubts(&self.doubts) {
+        match report_doubts(&self.doubts) {
             doubts if doubts.is_empty() => summary.to_string(),
             doubts => format!("{doubts}\n{summary}"),
         }

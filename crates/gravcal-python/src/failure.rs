@@ -19,18 +19,18 @@ struct Place<'a> {
 
 /// Bad input of whatever kind.
 pub fn bad_input(py: Python<'_>, error: &dyn Error) -> PyErr {
-    bad_input_told(py, &error.to_string())
+    bad_input_reported(py, &error.to_string())
 }
 
 /// The same, in words.
-pub fn bad_input_told(py: Python<'_>, message: &str) -> PyErr {
+pub fn bad_input_reported(py: Python<'_>, message: &str) -> PyErr {
     raised(py, message, &Place::default())
 }
 
 /// What the program would say.
 pub fn failure(py: Python<'_>, failure: &Failure) -> PyErr {
-    let told = failure.to_string();
-    raised(py, told.strip_prefix("error: ").unwrap_or(&told), &Place::default())
+    let reported = failure.to_string();
+    raised(py, reported.strip_prefix("error: ").unwrap_or(&reported), &Place::default())
 }
 
 /// Something is wrong with a file.

@@ -19,18 +19,22 @@ struct Read {
 }
 
 /// Columns, cells, remarks.
-type Told<'py> = (Vec<String>, Bound<'py, PyArray2<f64>>, Vec<String>);
+type Reported<'py> = (Vec<String>, Bound<'py, PyArray2<f64>>, Vec<String>);
 
 /// Names of the columns; a row each row, NaN where it says nothing; remarks of the reader.
 #[pyfunction]
 #[pyo3(signature = (path, progress=None))]
-pub fn read_recording<'py>(py: Python<'py>, path: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Told<'py>> {
-    let read = run(py, progress, &AtomicBool::new(false), |tell| {
+pub fn read_recording<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Reported<'py>> {
+    let read = run(py, progress, &AtomicBool::new(false), |report| {
         let mut recording = open(&path)?;
         let (mut row, mut rows) = (Row::default(), Vec::new());
         while recording.read(&mut row)? {
             if rows.len() % 10_000 == 9_999 {
-                tell(format!("reading {}: {:.0} %", path.display(), 100.0 * recording.progress()));
+                report(format!("reading {}: {:.0} %", path.display(), 100.0 * recording.progress()));
             }
             rows.push(row.cells.clone());
         }

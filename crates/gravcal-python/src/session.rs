@@ -21,7 +21,7 @@ use crate::applied::Applied;
 use crate::calibration::{self, Calibration};
 use crate::failure::{bad_input, failure, file_error, session_error};
 use crate::models::{Models, Said};
-use crate::work::{Tell, run};
+use crate::work::{Report, run};
 
 /// The name in errors of a session that stands in no file.
 const IN_MEMORY: &str = "Session";
@@ -187,16 +187,16 @@ impl Session {
     ) -> PyResult<Calibration> {
         let estimators = estimators.iter().map(|name| name.parse::<EstimatorName>()).collect::<Result<Vec<_>, _>>();
         let estimators = estimators.map_err(|error| bad_input(py, &error))?;
-        let calibrated = self.work(py, progress, |tell, stop| {
+        let calibrated = self.work(py, progress, |report, stop| {
             let choice = self.choice(&estimators, solver)?;
-            calibration::calibrate((&self.session, &self.path, self.read_ms), &choice, tell, stop)
+            calibration::calibrate((&self.session, &self.path, self.read_ms), &choice, report, stop)
         })?;
         calibrated.map_err(|error| failure(py, &error))
     }
 
     /// What it can determine: as JSON, on one screen, as a table, and whether that is all that is asked for.
     fn check(&self, py: Python<'_>) -> PyResult<(String, String, String, bool)> {
-        let told = self.work(py, None, |_, _| {
+        let reported = self.work(py, None, |_, _| {
             let choice = self.choice(&[], None)?;
             let steps = choice.estimators.iter().any(|estimator| estimator.follows_steps());
             let bad = |error: &dyn std::error::Error| gravcal_cli::Failure::bad_input(error);
@@ -207,7 +207,7 @@ impl Session {
             let table = CheckTable { robot, report: &report, steps }.to_string();
             Ok((json, summary, table, report.complete))
         })?;
-        told.map_err(|error: gravcal_cli::Failure| failure(py, &error))
+        reported.map_err(|error: gravcal_cli::Failure| failure(py, &error))
     }
 
     /// Coordinates and torques behind readings, a row each sample.
@@ -249,10 +249,11 @@ impl Session {
         read: impl FnOnce(&Watch<'_>) -> Result<gravcal::calibration::Session, SessionError> + Send,
     ) -> PyResult<Result<Session, SessionError>> {
         let raised = models.raised().cloned();
-        let read = run(py, progress, &AtomicBool::new(false), |tell| {
+        let read = run(py, progress, &AtomicBool::new(false), |report| {
             let watch = Stopwatch::start(Phase::Read);
-            let told = |path: &Path, share: f64| tell(format!("reading {}: {:.0} %", path.display(), 100.0 * share));
-            let session = Arc::new(read(&told)?);
+            let reported =
+                |path: &Path, share: f64| report(format!("reading {}: {:.0} %", path.display(), 100.0 * share));
+            let session = Arc::new(read(&reported)?);
             models.know_poses(&session);
             Ok(Session { session, models, path: path.to_owned(), read_ms: watch.times().read_ms })
         })?;
@@ -264,13 +265,13 @@ impl Session {
         &self,
         py: Python<'_>,
         progress: Option<&Bound<'_, PyAny>>,
-        work: impl FnOnce(&Tell<'_>, &AtomicBool) -> T + Send,
+        work: impl FnOnce(&Report<'_>, &AtomicBool) -> T + Send,
     ) -> PyResult<T> {
         let Some(raised) = self.models.raised() else {
             let stop = AtomicBool::new(false);
-            return run(py, progress, &stop, |tell| work(tell, &stop));
+            return run(py, progress, &stop, |report| work(report, &stop));
         };
-        let done = run(py, progress, raised.stop(), |tell| work(tell, raised.stop()));
+        let done = run(py, progress, raised.stop(), |report| work(report, raised.stop()));
         raised.take().map_or(done, Err)
     }
 

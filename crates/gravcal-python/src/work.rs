@@ -15,26 +15,27 @@ const TICK: Duration = Duration::from_millis(50);
 const STACK: usize = 8 << 20;
 
 /// Who is told how far the work is.
-pub type Tell<'a> = dyn Fn(String) + Sync + 'a;
+pub type Report<'a> = dyn Fn(String) + Sync + 'a;
 
 /// Does `work`, which is handed whom to tell. Whatever `progress` raises, and Ctrl-C, sets `stop`, and is raised when the work has ended.
 pub fn run<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
     stop: &AtomicBool,
-    work: impl FnOnce(&Tell<'_>) -> T + Send,
+    work: impl FnOnce(&Report<'_>) -> T + Send,
 ) -> PyResult<T> {
-    let (sender, told) = channel();
-    let told = Mutex::new(told);
+    let (sender, reported) = channel();
+    let reported = Mutex::new(reported);
     scope(|scope| {
         let worker = Builder::new().stack_size(STACK).spawn_scoped(scope, move || {
             // Nobody listens any more only where this scope is left.
-            let tell = move |news: String| drop(sender.send(news));
-            work(&tell)
+            let report = move |news: String| drop(sender.send(news));
+            work(&report)
         })?;
         let mut failed = None;
         loop {
-            let outcome = match py.detach(|| told.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(TICK)) {
+            let outcome = match py.detach(|| reported.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(TICK))
+            {
                 Ok(news) => progress.map_or(Ok(()), |progress| progress.call1((news,)).map(drop)),
                 Err(RecvTimeoutError::Timeout) => Ok(()),
                 Err(RecvTimeoutError::Disconnected) => break,

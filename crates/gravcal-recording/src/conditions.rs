@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_or_no_direction_is_told() {
+    fn what_is_missing_or_no_direction_is_reported() {
         let missing = read("t,T,v,d,p\n1,293,,1,0\n").unwrap_err();
         assert!(missing.starts_with("a.csv:2: column `v`: the cell is empty"), "{missing}");
         let direction = read("t,T,v,d,p\n1,293,0,0.5,0\n").unwrap_err();

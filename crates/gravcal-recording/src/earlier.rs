@@ -385,10 +385,10 @@ impl Estimator {
     /// What its residuals show that its intervals do not allow for.
     fn shapes(&self) -> Option<String> {
         let spoilt = self.residual_tests.iter().filter(|test| test.spoils_intervals);
-        let told: Vec<String> =
+        let reported: Vec<String> =
             spoilt.map(|test| format!("{} {}", test.channel, test.kind.replace('-', " "))).collect();
-        (!told.is_empty())
-            .then(|| format!("its residuals show what its intervals do not allow for: {}", told.join(", ")))
+        (!reported.is_empty())
+            .then(|| format!("its residuals show what its intervals do not allow for: {}", reported.join(", ")))
     }
 
     /// What an entry of the covariance's order stands for: a parameter, `gravity.x`, or `moments[3]`.
@@ -540,9 +540,9 @@ mod tests {
                 "with `gravity.y` is 7, larger than their variances allow",
             ),
         ];
-        for (old, new, told) in covariances {
+        for (old, new, reported) in covariances {
             let refused = refused(old, new, "joint");
-            assert!(refused.contains(told), "{refused}");
+            assert!(refused.contains(reported), "{refused}");
         }
         assert!(read(("[[4, 1, 0]", "[[4, 1.00000001, 0]"), "joint").is_ok());
         let said = |of_gain: &str| refused("\"value\": 7.5,", &format!("\"value\": 7.5, {of_gain},"), "joint");

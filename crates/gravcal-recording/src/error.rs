@@ -239,7 +239,7 @@ pub enum ReadError {
         "{}: no standstill and no slow sweep is found in it{}; let the arm stand for half a second or more in each pose \
          (readings.still), or move one joint slowly to and fro while the others stand (readings.sweeps)",
         path.display(),
-        told(rejected)
+        reported(rejected)
     )]
     NothingStands {
         /// The file.
@@ -516,7 +516,7 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The first of some messages, in brackets.
-fn told(messages: &[String]) -> String {
+fn reported(messages: &[String]) -> String {
     match messages {
         [] => String::new(),
         [first, ..] => format!(" (of {} that seem to be one, the first: {first})", messages.len()),

@@ -122,8 +122,8 @@ mod tests {
         fs::write(&file, "abc").unwrap();
         assert_eq!(read_whole(&file, 3).unwrap(), b"abc");
         assert_eq!(read_whole(&file, 2).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
-        let told = [&b"abc"[..], b"abd", b"ab", b"abcd"].map(|bytes| holds(&file, bytes).unwrap());
-        assert_eq!(told, [true, false, false, false]);
+        let reported = [&b"abc"[..], b"abd", b"ab", b"abcd"].map(|bytes| holds(&file, bytes).unwrap());
+        assert_eq!(reported, [true, false, false, false]);
         // Without an end: it would never return.
         for error in
             [read_whole(Path::new("/dev/zero"), 3).unwrap_err(), holds(Path::new("/dev/zero"), b"").unwrap_err()]

@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mapping_that_contradicts_itself_is_told_before_the_file_is_opened() {
+    fn a_mapping_that_contradicts_itself_is_reported_before_the_file_is_opened() {
         let error = read_poses(Path::new("absent.csv"), &one_joint(torque("q"))).unwrap_err();
         assert_eq!(error.to_string(), "column `q` is mapped to two readings; each reading needs its own column");
     }

@@ -135,7 +135,7 @@ mod tests {
     }
 
     /// Line of each pose with the joints that have a reading.
-    fn told(recording: &Recording) -> Vec<(u64, Vec<usize>)> {
+    fn reported(recording: &Recording) -> Vec<(u64, Vec<usize>)> {
         let joints = |pose: &StaticPose| (0..2).filter(|joint| pose.torque[*joint].is_some()).collect();
         recording.poses.iter().map(|pose| (pose.line, joints(pose))).collect()
     }
@@ -145,7 +145,7 @@ mod tests {
         let arm =
             MotionLimits { speed_below: vec![0.6, 0.2], acceleration_below: vec![1.0, 1.0], ..MotionLimits::default() };
         let found = selected(Selection { arm, ..Selection::default() }).unwrap();
-        assert_eq!(told(&found), [(2, vec![0, 1]), (3, vec![0, 1]), (4, vec![0]), (6, vec![0, 1])]);
+        assert_eq!(reported(&found), [(2, vec![0, 1]), (3, vec![0, 1]), (4, vec![0]), (6, vec![0, 1])]);
         assert_eq!(found.in_motion, [1, 1]);
     }
 
@@ -153,7 +153,7 @@ mod tests {
     fn limits_of_the_joint_leave_out_its_reading() {
         let joint = MotionLimits { speed_above: vec![0.05; 2], ..MotionLimits::default() };
         let found = selected(Selection { joint, ..Selection::default() }).unwrap();
-        assert_eq!(told(&found), [(2, vec![1]), (3, vec![0, 1]), (4, vec![0]), (5, vec![0, 1])]);
+        assert_eq!(reported(&found), [(2, vec![1]), (3, vec![0, 1]), (4, vec![0]), (5, vec![0, 1])]);
         assert_eq!(found.in_motion, [2, 1]);
     }
 

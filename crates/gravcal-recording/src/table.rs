@@ -381,9 +381,9 @@ mod tests {
         assert_eq!(columns("1.5,2\n3,4\n").unwrap(), "q tau");
         assert_eq!(columns("a,b\n3,4\n").unwrap(), "a b", "a header has its own names");
         let error = columns("1,2,3\n4,5,6\n").unwrap_err().to_string();
-        let told =
+        let reported =
             "its rows have 3 cells, and 2 columns are named for files without a header: `q`, `tau`; name as many";
-        assert!(error.ends_with(told), "{error}");
+        assert!(error.ends_with(reported), "{error}");
     }
 
     #[test]
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_cannot_be_opened_are_told_apart() {
+    fn files_that_cannot_be_opened_are_distinguished() {
         let folder = tempfile::tempdir().unwrap();
         let message = |path: &Path| Table::read(path).unwrap_err().to_string();
 

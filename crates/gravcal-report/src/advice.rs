@@ -57,11 +57,15 @@ struct Concern {
 fn determined(result: &EstimatorResult, file: &str) -> Advice {
     let concerns = concerns(result);
     if !concerns.is_empty() {
-        let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
+        let reported: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
         return Advice {
             level: Level::Care,
             headline: "Usable with care: something does not fit",
-            why: format!("Everything asked for is determined, but {}.{}", told.join("; and "), counted_less(result)),
+            why: format!(
+                "Everything asked for is determined, but {}.{}",
+                reported.join("; and "),
+                counted_less(result)
+            ),
             steps: concerns.into_iter().flat_map(|concern| concern.steps).collect(),
         };
     }
@@ -117,7 +121,7 @@ fn partly(result: &EstimatorResult) -> Advice {
         "Run gravcal check on the session: it tells the smallest additions that would determine the rest.".into(),
     );
     let concerns = concerns(result);
-    let told: String = concerns.iter().map(|concern| format!(" Besides, {}.", concern.what)).collect();
+    let reported: String = concerns.iter().map(|concern| format!(" Besides, {}.", concern.what)).collect();
     steps.extend(match concerns.is_empty() {
         true => vec!["Use only what has a number.".into()],
         false => concerns.into_iter().flat_map(|concern| concern.steps).collect(),
@@ -125,7 +129,7 @@ fn partly(result: &EstimatorResult) -> Advice {
     Advice {
         level: Level::Care,
         headline: "Partly determined: do not use what has no number",
-        why: format!("The data do not determine {}.{told}{}", open.join(", "), counted_less(result)),
+        why: format!("The data do not determine {}.{reported}{}", open.join(", "), counted_less(result)),
         steps,
     }
 }
@@ -147,11 +151,11 @@ fn intervals_in_doubt(result: &EstimatorResult) -> Advice {
             },
         };
     }
-    let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
+    let reported: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
     Advice {
         level: Level::Care,
         headline: "Determined, but intervals cannot be relied on",
-        why: format!("Everything asked for has a value, but {}.{}", told.join("; and "), counted_less(result)),
+        why: format!("Everything asked for has a value, but {}.{}", reported.join("; and "), counted_less(result)),
         steps: likely_causes(result)
             .into_iter()
             .chain(concerns.into_iter().flat_map(|concern| concern.steps))
@@ -213,9 +217,9 @@ fn misfit(fit: &Fit) -> Option<Concern> {
 /// Residuals that are no noise, of a size that intervals do not hold.
 fn shape_of_residuals(result: &EstimatorResult) -> Option<Concern> {
     let spoilt = result.residual_tests.iter().filter(|test| test.named && test.spoils_intervals);
-    let told: Vec<String> = spoilt.map(|test| format!("{} ({})", test.channel, test.kind)).collect();
-    (!told.is_empty()).then(|| Concern {
-        what: format!("the residuals show what the model lacks: {}", told.join(", ")),
+    let reported: Vec<String> = spoilt.map(|test| format!("{} ({})", test.channel, test.kind)).collect();
+    (!reported.is_empty()).then(|| Concern {
+        what: format!("the residuals show what the model lacks: {}", reported.join(", ")),
         steps: vec!["Read the notes on these residuals (report.html, or --full): each says what the model lacks and how to mend it.".into()],
     })
 }
@@ -243,7 +247,7 @@ fn far_gains(result: &EstimatorResult) -> Vec<Concern> {
 
 fn far_gain(joint: &str, name: &str, ratio: f64) -> Concern {
     let mistaken =
-        MistakenUnit::of_gain(ratio).map_or_else(String::new, |unit| format!(": the readings {}", unit.told()));
+        MistakenUnit::of_gain(ratio).map_or_else(String::new, |unit| format!(": the readings {}", unit.reported()));
     Concern {
         what: format!("{name} is {} times its nominal value{mistaken}", significant(ratio, 3)),
         steps: vec![format!(
@@ -284,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told_whatever_else_is() {
+    fn what_does_not_fit_is_reported_whatever_else_is() {
         let advice = Advice::of(&with(0.5, 1.01), FILE);
         assert_eq!((advice.level, advice.headline), (Level::Good, "Determined: these numbers can be used"));
         assert!(advice.steps[1].contains("gravcal export arm/calibration.json --to ros2"));
@@ -303,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_unit_of_positions_is_told() {
+    fn a_wrong_unit_of_positions_is_reported() {
         let advice = Advice::of(&with(0.5, 57.2), FILE);
         assert_eq!(advice.level, Level::Care);
         assert!(advice.why.contains("joint1.position_gain is 57.2 times its nominal value"), "{}", advice.why);

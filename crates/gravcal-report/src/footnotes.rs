@@ -18,11 +18,11 @@ impl Footnotes {
 
     /// The footnotes, each on lines of its own.
     pub fn lines(&self, indent: &str) -> String {
-        let tell = |(index, text): (usize, &String)| {
+        let report = |(index, text): (usize, &String)| {
             let mark = format!("{indent}[{}] ", index + 1);
             wrapped(&mark, &" ".repeat(mark.len()), text)
         };
-        self.0.iter().enumerate().map(tell).collect()
+        self.0.iter().enumerate().map(report).collect()
     }
 }
 

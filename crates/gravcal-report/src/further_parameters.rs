@@ -15,9 +15,9 @@ pub(crate) fn further_parameters(entries: &[Entry<'_>]) -> String {
     });
     let by_owner = each_once(others.iter().copied().map(owner)).into_iter().map(|name| {
         let own = others.iter().filter(|entry| owner(entry) == name);
-        let told: Vec<String> = own.map(|entry| told(quantity(entry), entry)).collect();
+        let reported: Vec<String> = own.map(|entry| reported(quantity(entry), entry)).collect();
         let of = if name.is_empty() { String::new() } else { format!("{name}: ") };
-        wrapped("", "  ", &format!("{of}{}", told.join(", ")))
+        wrapped("", "  ", &format!("{of}{}", reported.join(", ")))
     });
     by_quantity.chain(by_owner).collect()
 }
@@ -34,20 +34,20 @@ fn quantity<'a>(entry: &'a Entry<'_>) -> &'a str {
 fn of_quantity(quantity: &str, own: &[&Entry<'_>], all: bool) -> String {
     let unit = shown_unit(own[0].unit).0;
     let alike = own.iter().all(|entry| shown_unit(entry.unit).0 == unit);
-    let told: Vec<String> = own
+    let reported: Vec<String> = own
         .iter()
         .map(|entry| match (all, alike) {
             (true, true) => entry.cell.clone(),
             (false, true) => format!("{} {}", owner(entry), entry.cell),
-            _ => told(owner(entry), entry),
+            _ => reported(owner(entry), entry),
         })
         .collect();
     let of = if all { " of each joint" } else { "" };
     let unit = if alike { format!(", {unit}") } else { String::new() };
-    wrapped("", "  ", &format!("{quantity}{of}{unit}: {}", told.join(", ")))
+    wrapped("", "  ", &format!("{quantity}{of}{unit}: {}", reported.join(", ")))
 }
 
-fn told(name: &str, entry: &Entry<'_>) -> String {
+fn reported(name: &str, entry: &Entry<'_>) -> String {
     match entry.cell.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
         true => format!("{name} {} {}", entry.cell, shown_unit(entry.unit).0),
         false => format!("{name} {}", entry.cell),

@@ -76,8 +76,9 @@ impl Grid {
             match row {
                 Row::Heading(heading) => push_line(&mut text, &format!("{indent}{heading}")),
                 Row::Cells(cells) => {
-                    let told: Vec<String> = columns.iter().zip(cells).map(|(column, cell)| column.tell(cell)).collect();
-                    push_line(&mut text, &format!("{indent}{}", told.join(GAP)));
+                    let reported: Vec<String> =
+                        columns.iter().zip(cells).map(|(column, cell)| column.report(cell)).collect();
+                    push_line(&mut text, &format!("{indent}{}", reported.join(GAP)));
                 }
             }
         }
@@ -125,7 +126,7 @@ impl Column {
         self.text.max(self.value + self.std)
     }
 
-    fn tell(&self, cell: &Cell) -> String {
+    fn report(&self, cell: &Cell) -> String {
         match cell {
             Cell::Text(text) => padded(text, self.width(), self.side),
             Cell::Value(value) => self.number(value, ""),

@@ -78,9 +78,9 @@ pub(crate) mod tests {
             entry("a.coulomb_friction", "N·m", "0.1"),
             entry("b.torque_gain", "N/N", "open"),
         ];
-        let told = joint_table(&entries);
-        let lines: Vec<&str> = told.lines().collect();
-        assert_eq!(lines.len(), 4, "{told}");
+        let reported = joint_table(&entries);
+        let lines: Vec<&str> = reported.lines().collect();
+        assert_eq!(lines.len(), 4, "{reported}");
         assert!(lines[0].contains("torque gain") && lines[1].contains("several units") && lines[1].contains("deg"));
         assert!(lines[2].starts_with('a') && lines[2].contains("1.00(1)") && lines[2].ends_with("fixed"));
         assert!(!entries[2].is_in_table() && joint_table(&entries[2..3]).is_empty());

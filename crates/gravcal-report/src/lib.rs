@@ -51,7 +51,7 @@ mod testing;
 pub use advice::{Advice, Level};
 pub use calibration_file::{CalibrationFile, FORMAT};
 pub use check_table::{CheckSummary, CheckTable, check_json};
-pub use doubts::{tell_doubts, tell_further_doubts};
+pub use doubts::{report_doubts, report_further_doubts};
 pub use finite::NotFinite;
 pub use json::JsonError;
 pub use output::{Contents, OutputError, OutputFolder, Written};

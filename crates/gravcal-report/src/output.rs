@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn other_results_stay_unless_told() {
+    fn other_results_stay_unless_reported() {
         let place = Place::new();
         place.output(false).write(&CONTENTS).unwrap();
         let refused = place.output(false).write(&OTHER).unwrap_err().to_string();

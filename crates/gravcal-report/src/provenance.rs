@@ -49,7 +49,7 @@ impl Provenance {
     }
 
     /// Program with version, inputs, and what was chosen: for people.
-    pub(crate) fn told(&self) -> (String, &[Input], &Options) {
+    pub(crate) fn reported(&self) -> (String, &[Input], &Options) {
         (format!("{} {}", self.program, self.version), &self.inputs, &self.options)
     }
 }

@@ -43,11 +43,11 @@ impl fmt::Display for CalibrationSummary<'_> {
         let Some(result) = deciding(self.results) else {
             return writeln!(f, "Calibration of {}: no estimator ran", plain(self.robot));
         };
-        let told = match result.verdict {
+        let reported = match result.verdict {
             Verdict::Failed => failed(self.robot, result, self.file),
             Verdict::Determined | Verdict::PartlyDetermined => found(self.robot, result, self.file),
         };
-        f.write_str(&plain(&told))
+        f.write_str(&plain(&reported))
     }
 }
 
@@ -137,8 +137,12 @@ fn undetermined(result: &EstimatorResult) -> String {
     let fixed = |name: &String| result.parameters.iter().any(|other| other.name == *name && other.held.is_some());
     let of_fixed = |open: &&Undetermined| !open.parameters.is_empty() && open.parameters.iter().all(fixed);
     let open = result.undetermined.iter().filter(|open| !of_fixed(open));
-    let told: Vec<&str> = open.map(|open| open.combination.as_str()).collect();
-    if told.is_empty() { String::new() } else { wrapped("", "  ", &format!("undetermined: {}", told.join("; "))) }
+    let reported: Vec<&str> = open.map(|open| open.combination.as_str()).collect();
+    if reported.is_empty() {
+        String::new()
+    } else {
+        wrapped("", "  ", &format!("undetermined: {}", reported.join("; ")))
+    }
 }
 
 /// The first lines of a text, with a mark where there are more; cut between words.
@@ -160,7 +164,7 @@ mod tests {
     use super::*;
     use crate::testing::{determined, fit, held, result, undetermined as open};
 
-    fn told(results: &[EstimatorResult]) -> String {
+    fn reported(results: &[EstimatorResult]) -> String {
         CalibrationSummary { robot: "arm", results, file: "calibration.json" }.to_string()
     }
 
@@ -199,7 +203,7 @@ mod tests {
         partly.undetermined = vec![undetermined.clone(), undetermined];
         partly.parameters.extend((0..9).map(|i| determined(&format!("wrist.fx_{i}"), "N", 0.1, 0.01)));
         for result in [seven_joints(), partly] {
-            let text = told(&[result]);
+            let text = reported(&[result]);
             assert!(text.lines().count() <= 24, "with the place of the results 25: {text}");
             assert!(text.lines().all(|line| width(line) <= WIDTH), "{text}");
             assert!(text.contains("lbr_iiwa_joint_7"), "{text}");
@@ -216,19 +220,19 @@ mod tests {
     }
 
     #[test]
-    fn only_the_estimator_that_decides_is_told() {
+    fn only_the_estimator_that_decides_is_reported() {
         let mut sequential = result("sequential");
         sequential.parameters = vec![open("joint1.torque_gain")];
         let mut joint = seven_joints();
         joint.parameters[3] = held("lbr_iiwa_joint_1.position_offset", "it defines the base frame");
-        let text = told(&[sequential, joint]);
+        let text = reported(&[sequential, joint]);
         assert!(!text.contains("sequential"), "{text}");
         assert!(!text.contains("joint1 ") && text.lines().any(|line| line.ends_with("fixed")), "{text}");
         assert!(text.contains("7.118(20)") && text.contains("-134.645(24)"), "{text}");
     }
 
     #[test]
-    fn what_is_undetermined_is_told_unless_it_is_fixed() {
+    fn what_is_undetermined_is_reported_unless_it_is_fixed() {
         let mut joint = seven_joints();
         joint.parameters[3] = held("lbr_iiwa_joint_1.position_offset", "it defines the base frame");
         let open = |combination: &str, parameters: &[&str]| Undetermined {
@@ -243,7 +247,7 @@ mod tests {
             open("the size of the noise", &[]),
             open("a scale", &[offset, "lbr_iiwa_joint_1.torque_gain"]),
         ];
-        assert!(told(&[joint]).contains("\nundetermined: the size of the noise; a scale\n"));
+        assert!(reported(&[joint]).contains("\nundetermined: the size of the noise; a scale\n"));
     }
 
     #[test]
@@ -254,7 +258,7 @@ mod tests {
         failed.reasons = 1;
         failed.notes = vec!["The likely cause is swapped torque columns. Exchange them.".into()];
         assert_eq!(
-            told(&[failed]),
+            reported(&[failed]),
             "Calibration of arm. Failed: there is no answer to rely on\n\
              \x20 Swapped torque columns: joint2 and joint3.\n\
              What to do\n\

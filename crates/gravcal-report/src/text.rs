@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_acts_on_a_terminal_is_not_told() {
+    fn what_acts_on_a_terminal_is_not_reported() {
         let named = "\u{1b}]0;title\u{7}joint\u{1b}[2J\u{9b}31m\r\u{202e}1\n\té ± 中";
         assert_eq!(plain(named), "�]0;title�joint�[2J�31m��1\n\té ± 中");
         assert!(matches!(plain("7.1 ± 0.2 N·m\n"), Cow::Borrowed(_)));
@@ -66,11 +66,11 @@ mod tests {
     #[test]
     fn lines_break_between_words() {
         let text = "word ".repeat(30);
-        let told = wrapped("  - ", "    ", &text);
-        assert!(told.lines().all(|line| width(line) <= WIDTH));
-        assert!(told.starts_with("  - word word"));
-        assert!(told.lines().skip(1).all(|line| line.starts_with("    word")));
-        assert_eq!(told.split_whitespace().filter(|w| *w == "word").count(), 30);
+        let reported = wrapped("  - ", "    ", &text);
+        assert!(reported.lines().all(|line| width(line) <= WIDTH));
+        assert!(reported.starts_with("  - word word"));
+        assert!(reported.lines().skip(1).all(|line| line.starts_with("    word")));
+        assert_eq!(reported.split_whitespace().filter(|w| *w == "word").count(), 30);
     }
 
     #[test]

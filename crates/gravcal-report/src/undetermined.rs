@@ -14,7 +14,7 @@ pub(crate) struct Entry<'a> {
 }
 
 /// Lines for all of them. Those that one cure helps stand together above it, those with one reason above that.
-pub(crate) fn tell_undetermined(entries: &[Entry<'_>]) -> String {
+pub(crate) fn report_undetermined(entries: &[Entry<'_>]) -> String {
     let mut text = String::new();
     for cured_alike in grouped(entries.iter().collect(), |a, b| a.cures == b.cures && a.whose == b.whose) {
         let cures = cured_alike.first().map_or(&[][..], |entry| &entry.cures);
@@ -73,16 +73,16 @@ mod tests {
         Undetermined { combination: combination.into(), parameters, why: why.into(), cure: cure.into() }
     }
 
-    fn told(all: &[Undetermined], whose: Option<&str>) -> String {
+    fn reported(all: &[Undetermined], whose: Option<&str>) -> String {
         let entry = |undetermined| Entry::of(undetermined, whose.map(str::to_owned));
-        tell_undetermined(&all.iter().map(entry).collect::<Vec<_>>())
+        report_undetermined(&all.iter().map(entry).collect::<Vec<_>>())
     }
 
     #[test]
     fn parameters_stand_where_the_combination_does_not_name_them() {
         let scale = undetermined("common scale of all torque gains", "all masses are unknown", "attach a load");
         assert_eq!(
-            told(&[scale], Some("joint")),
+            reported(&[scale], Some("joint")),
             "  common scale of all torque gains (joint)
     of   joint1.torque_gain, joint2.torque_gain
     why  all masses are unknown
@@ -90,18 +90,18 @@ mod tests {
 "
         );
         let named = undetermined("joint1.torque_gain, joint2.torque_gain", "no torque is read", "");
-        assert_eq!(told(&[named], None), "  joint1.torque_gain, joint2.torque_gain\n    why  no torque is read\n");
+        assert_eq!(reported(&[named], None), "  joint1.torque_gain, joint2.torque_gain\n    why  no torque is read\n");
     }
 
     #[test]
-    fn one_cure_is_told_once() {
+    fn one_cure_is_reported_once() {
         let mut all = [("a", "axis", "tilt"), ("b", "range", "move"), ("c", "weak", "tilt"), ("d", "axis", "tilt")]
             .map(|(combination, why, cure)| undetermined(combination, why, cure));
         for one in &mut all {
             one.parameters = vec![one.combination.clone()];
         }
         assert_eq!(
-            told(&all, None),
+            reported(&all, None),
             "  a
   d
     why  axis

@@ -140,8 +140,8 @@ impl CalibrationRecording<'_> {
     /// Channels of which anyone says anything, in the session's order.
     pub(crate) fn channels(&self) -> Vec<usize> {
         let explanations = self.explanations();
-        let told = |channel: &usize| explanations.iter().any(|explanation| explanation.tells(*channel));
-        (0..self.session.channel_count()).filter(told).collect()
+        let reported = |channel: &usize| explanations.iter().any(|explanation| explanation.tells(*channel));
+        (0..self.session.channel_count()).filter(reported).collect()
     }
 }
 

@@ -130,11 +130,11 @@ impl<'a> Picture<'a> {
     }
 
     fn line(&self, panel: &Panel, session: &Session, explanation: &Explanation<'_>) -> Vec<[f32; 2]> {
-        let told = explanation.between(ends(self.sweep), panel.channel);
-        let told: BTreeMap<usize, f64> = told.map(|one| (one.pose, one.residual)).collect();
+        let reported = explanation.between(ends(self.sweep), panel.channel);
+        let reported: BTreeMap<usize, f64> = reported.map(|one| (one.pose, one.residual)).collect();
         let point = |(pose, angle): &(usize, f64)| {
             let reading = session.reading(*pose, panel.channel)?.value;
-            Some(panel.place(*angle, reading + told.get(pose)?))
+            Some(panel.place(*angle, reading + reported.get(pose)?))
         };
         self.angles.iter().filter_map(point).collect()
     }
@@ -203,8 +203,8 @@ fn values(calibration: &CalibrationRecording<'_>, sweep: &Sweep, channel: usize)
     let reading = |pose: usize| Some(calibration.session.reading(pose, channel)?.value);
     let readings = sweep.poses.iter().filter_map(|pose| reading(*pose));
     let explanations = calibration.explanations();
-    let told = explanations.iter().flat_map(|explanation| explanation.between(ends(sweep), channel));
-    readings.chain(told.filter_map(|one| Some(reading(one.pose)? + one.residual))).collect()
+    let reported = explanations.iter().flat_map(|explanation| explanation.between(ends(sweep), channel));
+    readings.chain(reported.filter_map(|one| Some(reading(one.pose)? + one.residual))).collect()
 }
 
 /// First and last pose.

@@ -13,13 +13,13 @@ pub fn log(stream: &RecordingStream, calibration: &CalibrationRecording<'_>) -> 
 }
 
 fn text(calibration: &CalibrationRecording<'_>) -> String {
-    let mut text = calibration.deciding().map_or_else(|| "# No estimator ran\n".into(), told);
+    let mut text = calibration.deciding().map_or_else(|| "# No estimator ran\n".into(), reported);
     text += "\nColours: grey is measured, pink what sensors at their nominal values would read, orange sequential, blue joint.\n";
     text + &format!("\n```text\n{}```\n", calibration.table)
 }
 
 /// The deciding result.
-fn told(result: &EstimatorResult) -> String {
+fn reported(result: &EstimatorResult) -> String {
     let Advice { level: _, headline, why, steps } = Advice::of(result, "calibration.json");
     let mut text = format!("# {headline}\n\n{why}\n\n");
     for step in steps {
@@ -42,12 +42,15 @@ mod tests {
     #[test]
     fn what_to_do_stands_before_the_table() {
         let mut calibrated = Calibrated::sarcos_shoulder().clone();
-        let told = text(&calibrated.recording());
-        assert!(told.starts_with("# Determined: these numbers can be used\n"), "{told}");
-        assert!(told.find("gravcal export").unwrap() < told.find("the table").unwrap(), "{told}");
+        let reported = text(&calibrated.recording());
+        assert!(reported.starts_with("# Determined: these numbers can be used\n"), "{reported}");
+        assert!(reported.find("gravcal export").unwrap() < reported.find("the table").unwrap(), "{reported}");
         calibrated.results.truncate(1);
-        let told = text(&calibrated.recording());
-        assert!(told.starts_with("# Partly determined") && told.contains("- use the joint estimator"), "{told}");
+        let reported = text(&calibrated.recording());
+        assert!(
+            reported.starts_with("# Partly determined") && reported.contains("- use the joint estimator"),
+            "{reported}"
+        );
         calibrated.results.clear();
         assert!(text(&calibrated.recording()).starts_with("# No estimator ran"));
     }

@@ -78,49 +78,49 @@ fn unsigned_zero(text: String) -> String {
 mod tests {
     use super::*;
 
-    fn told(value: f64, std: f64) -> String {
+    fn reported(value: f64, std: f64) -> String {
         let (value, std) = measured(value, std);
         format!("{value} ± {std}")
     }
 
     #[test]
     fn standard_deviation_decides_the_digits() {
-        assert_eq!(told(7.11813, 0.0204), "7.118 ± 0.020");
-        assert_eq!(told(2075.1234, 0.118), "2075.12 ± 0.12");
-        assert_eq!(told(-134.2, 2.46), "-134.2 ± 2.5");
-        assert_eq!(told(2075.6, 31.4), "2076 ± 31");
-        assert_eq!(told(12345.6, 1234.5), "12346 ± 1234");
+        assert_eq!(reported(7.11813, 0.0204), "7.118 ± 0.020");
+        assert_eq!(reported(2075.1234, 0.118), "2075.12 ± 0.12");
+        assert_eq!(reported(-134.2, 2.46), "-134.2 ± 2.5");
+        assert_eq!(reported(2075.6, 31.4), "2076 ± 31");
+        assert_eq!(reported(12345.6, 1234.5), "12346 ± 1234");
     }
 
     #[test]
     fn a_standard_deviation_that_rounds_up_keeps_two_digits() {
-        assert_eq!(told(1.0, 0.0996), "1.00 ± 0.10");
-        assert_eq!(told(50.0, 9.97), "50 ± 10");
+        assert_eq!(reported(1.0, 0.0996), "1.00 ± 0.10");
+        assert_eq!(reported(50.0, 9.97), "50 ± 10");
     }
 
     #[test]
     fn small_and_large_numbers_turn_to_powers_of_ten() {
-        assert_eq!(told(7.6699e-4, 1.2e-7), "7.6699e-4 ± 1.2e-7");
-        assert_eq!(told(3.2e8, 1.5e6), "3.200e8 ± 1.5e6");
-        assert_eq!(told(2e-9, 3e-4), "0 ± 3.0e-4");
+        assert_eq!(reported(7.6699e-4, 1.2e-7), "7.6699e-4 ± 1.2e-7");
+        assert_eq!(reported(3.2e8, 1.5e6), "3.200e8 ± 1.5e6");
+        assert_eq!(reported(2e-9, 3e-4), "0 ± 3.0e-4");
     }
 
     #[test]
     fn a_tiny_standard_deviation_does_not_blow_up_the_value() {
-        assert_eq!(told(-9.80665, 1.3e-12), "-9.80665000 ± 1.3e-12");
+        assert_eq!(reported(-9.80665, 1.3e-12), "-9.80665000 ± 1.3e-12");
     }
 
     #[test]
-    fn zero_is_told_plainly() {
-        assert_eq!(told(-0.0004, 0.1), "0.00 ± 0.10");
-        assert_eq!(told(6.69, 0.0), "6.69 ± 0");
-        assert_eq!(told(-0.0, 0.0), "0 ± 0");
+    fn zero_is_reported_plainly() {
+        assert_eq!(reported(-0.0004, 0.1), "0.00 ± 0.10");
+        assert_eq!(reported(6.69, 0.0), "6.69 ± 0");
+        assert_eq!(reported(-0.0, 0.0), "0 ± 0");
     }
 
     #[test]
     fn what_is_no_number_is_no_panic() {
-        assert_eq!(told(f64::NAN, 1.0), "NaN ± 1");
-        assert_eq!(told(1.0, f64::INFINITY), "1 ± inf");
+        assert_eq!(reported(f64::NAN, 1.0), "NaN ± 1");
+        assert_eq!(reported(1.0, f64::INFINITY), "1 ± inf");
         assert_eq!(significant(f64::NAN, 3), "NaN");
     }
 

@@ -96,9 +96,9 @@ fn what_is_right_is_not_doubted() {
 fn positions_in_another_unit_are_doubted() {
     let far = session(["rad", "N·m"], "", poses(180.0 / PI, 1.0)).doubts;
     assert_eq!(far.len(), 1, "{far:?}");
-    let told = "As declared, angles of shoulder, elbow reach 143 rad, farther than joints turn: the position readings look like deg, \
+    let reported = "As declared, angles of shoulder, elbow reach 143 rad, farther than joints turn: the position readings look like deg, \
                 and are declared as rad. If so, say unit = \"deg\" in [readings] position.";
-    assert_eq!(far[0], told);
+    assert_eq!(far[0], reported);
     let near = session(["deg", "N·m"], "", poses(1.0, 1.0)).doubts;
     assert!(near[0].starts_with("As declared, no joint is farther than 2.5 deg from zero in any pose"), "{near:?}");
     assert!(near[0].contains("look like rad, and are declared as deg. If so, say unit = \"rad\""), "{near:?}");
@@ -143,13 +143,13 @@ fn a_torque_sensor_that_is_stuck_is_doubted() {
         });
         session(["rad", "N·m"], "", rows).doubts
     };
-    let told = stuck(0, 60);
+    let reported = stuck(0, 60);
     let begin =
         "Torque readings of elbow are the same number (1.25) in all 60 poses, where gravity should change them by ±";
-    assert!(told.len() == 1 && told[0].starts_with(begin), "{told:?}");
-    let told = stuck(20, 45);
+    assert!(reported.len() == 1 && reported[0].starts_with(begin), "{reported:?}");
+    let reported = stuck(20, 45);
     let place = "in 25 poses one after another (line 22 of day.csv to line 46 of day.csv)";
-    assert!(told.len() == 1 && told[0].contains(place), "{told:?}");
+    assert!(reported.len() == 1 && reported[0].contains(place), "{reported:?}");
     assert_eq!(stuck(20, 25), [""; 0]);
     let again = (0..60).map(|row| at([2.5 * random(row / 10, 1), 2.0 * random(row / 10, 2)], 1.0, 1.0));
     assert_eq!(session(["rad", "N·m"], "", again).doubts, [""; 0]);
@@ -161,11 +161,11 @@ fn a_torque_sensor_that_is_stuck_is_doubted() {
 fn rows_of_an_arm_in_motion_are_doubted() {
     for per_second in [20.0, 100.0, 1000.0] {
         let doubts = session(["rad", "N·m"], "", motion((20.0 * per_second) as u32, per_second)).doubts;
-        let told = format!(
+        let reported = format!(
             "Each of the {} rows of day.csv is taken as a static pose, but neighbours differ by little",
             20.0 * per_second
         );
-        assert!(doubts.len() == 1 && doubts[0].starts_with(&told), "{doubts:?}");
+        assert!(doubts.len() == 1 && doubts[0].starts_with(&reported), "{doubts:?}");
         assert!(doubts[0].contains("give it a clock") && doubts[0].contains("say still = {}"), "{doubts:?}");
     }
     let many = (0..4000).map(|row| at([2.0 * random(row, 1), random(row, 2)], 1.0, 1.0));
@@ -207,7 +207,7 @@ fn of_the_experiments_a_trajectory_alone_is_doubted() {
 }
 
 #[test]
-fn columns_whose_numbers_do_not_go_together_are_told() {
+fn columns_whose_numbers_do_not_go_together_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
     let rows: String =
@@ -221,10 +221,10 @@ fn columns_whose_numbers_do_not_go_together_are_told() {
         fs::write(folder.path().join("session.toml"), written).unwrap();
         read_session(&folder.path().join("session.toml")).unwrap().doubts
     };
-    let told = doubts("['q1', 'q2']", "['tau2', 'tau1']");
+    let reported = doubts("['q1', 'q2']", "['tau2', 'tau1']");
     assert!(
-        told.len() == 1 && told[0].contains("shoulder reads `q1` and `tau2`, elbow reads `q2` and `tau1`"),
-        "{told:?}"
+        reported.len() == 1 && reported[0].contains("shoulder reads `q1` and `tau2`, elbow reads `q2` and `tau1`"),
+        "{reported:?}"
     );
     for torques in ["['tau1', 'tau2']", "['tau2', 'tau3']", "['tau2', '']"] {
         assert_eq!(doubts("['q1', 'q2']", torques), [""; 0], "{torques}");
@@ -238,14 +238,14 @@ fn of_change(text: &str, other: &str) -> String {
 }
 
 #[test]
-fn lengths_in_millimetres_and_angles_in_radians_are_told() {
+fn lengths_in_millimetres_and_angles_in_radians_are_reported() {
     assert!(of_change("a_m = 0.4", "a_m = 400").contains("places links 400 m apart"));
     let turned = of_change("a_m = 0.4\nalpha_deg = 0", "a_m = 0.4\nalpha_deg = 1.5708");
     assert!(turned.starts_with("The axis of elbow is π/2 or π degrees off the one before it"), "{turned}");
 }
 
 #[test]
-fn gravity_of_no_place_on_earth_is_told() {
+fn gravity_of_no_place_on_earth_is_reported() {
     assert!(of_change("= 9.81\n", "= 981\n").starts_with("[gravity] magnitude_m_per_s2 is 981: on Earth"));
     let roughly = read_with(
         ["m_per_s2 = 9.81\n", "m_per_s2 = 9.7\nmagnitude_std_m_per_s2 = 0.1\n"],
@@ -257,14 +257,14 @@ fn gravity_of_no_place_on_earth_is_told() {
 }
 
 #[test]
-fn a_load_that_nothing_carries_is_told() {
+fn a_load_that_nothing_carries_is_reported() {
     let load = "[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'";
     let session = read(["rad", "N·m"], ["", load], poses(1.0, 1.0));
     assert_eq!(session.doubts, ["No pose carries load `plate`: is a `load =` missing from a [[poses]]?"]);
 }
 
 #[test]
-fn hardly_any_pose_is_told() {
+fn hardly_any_pose_is_reported() {
     let session = session(["rad", "N·m"], "", poses(1.0, 1.0).take(2));
     assert!(
         session.doubts.iter().any(|doubt| doubt.starts_with("There are only 2 static poses")),

@@ -247,10 +247,10 @@ mod tests {
         let solver = SolverName::LevenbergMarquardt;
         solve(solver, &path, 3).unwrap();
         let whole = fs::read_to_string(&path).unwrap();
-        let refused = |contents: &str, told: &str| {
+        let refused = |contents: &str, reported: &str| {
             fs::write(&path, contents).unwrap();
             let error = solve(solver, &path, usize::MAX).unwrap_err().to_string();
-            let expected = ["solve.json", told, "; delete it to start anew, or name another file"];
+            let expected = ["solve.json", reported, "; delete it to start anew, or name another file"];
             assert!(expected.iter().all(|text| error.contains(text)), "{error}");
             assert_eq!(fs::read_to_string(&path).unwrap(), contents, "the file was touched");
         };

@@ -33,8 +33,8 @@ mod tests {
         let (problem, initial) = builder.build().unwrap();
         for solver in DESCENTS {
             let refused = solver.build().check(&problem).unwrap_err().to_string();
-            let told = "it has 2 constraints (`mass is positive`, `mass is known`): clarabel can take them";
-            assert_eq!(refused, format!("{solver} cannot take this problem: {told}"));
+            let reported = "it has 2 constraints (`mass is positive`, `mass is known`): clarabel can take them";
+            assert_eq!(refused, format!("{solver} cannot take this problem: {reported}"));
             let solved = solver.build().solve(&problem, &initial, &mut SolveContext::default());
             assert_eq!(solved.unwrap_err().to_string(), refused);
         }

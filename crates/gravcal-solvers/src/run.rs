@@ -40,7 +40,7 @@ pub fn minimise<D: Descent>(
         executor = executor.checkpointing(file.clone());
     }
     let estimate =
-        executor.run().and_then(|result| result.solver.into_estimate()).map_err(|error| told(method, error))?;
+        executor.run().and_then(|result| result.solver.into_estimate()).map_err(|error| reported(method, error))?;
     let unfinished = matches!(estimate.termination, Termination::Stopped | Termination::IterationLimit { .. });
     match checkpoint {
         Some(file) if !unfinished => file.remove()?,
@@ -60,7 +60,7 @@ pub(crate) fn check_start(problem: &Problem, initial: &Values) -> Result<(), Sol
 }
 
 /// argmin's error as ours.
-fn told(method: &dyn gravcal_estimation::Solver, error: Error) -> SolveError {
+fn reported(method: &dyn gravcal_estimation::Solver, error: Error) -> SolveError {
     match error.downcast::<SolveError>() {
         Ok(error) => error,
         Err(other) => SolveError::Failed { solver: method.name(), reason: other.to_string() },
@@ -130,7 +130,7 @@ impl<'p, M> Run<'p, M> {
         };
         self.iterates.push(point.values.clone());
         self.point = Some(point);
-        lent.context.borrow_mut().tell(&record);
+        lent.context.borrow_mut().report(&record);
         self.records.push(record);
     }
 
@@ -139,8 +139,8 @@ impl<'p, M> Run<'p, M> {
         let (cost, problem) = (point.cost(), lent.problem);
         let underflows = cost == 0.0 && problem.residuals(lent.initial)?.iter().any(|r| *r != 0.0);
         if !cost.is_finite() || underflows {
-            let told = format!("the cost is {cost}, as squares of residuals leave the range of numbers");
-            return Err(EvaluateError(format!("{told}: {}", problem.costliest(lent.initial)?)).into());
+            let reported = format!("the cost is {cost}, as squares of residuals leave the range of numbers");
+            return Err(EvaluateError(format!("{reported}: {}", problem.costliest(lent.initial)?)).into());
         }
         self.arrive(lent, point, 0.0, 0.0);
         Ok(())

@@ -133,9 +133,9 @@ mod tests {
 
     #[test]
     fn senseless_options_are_refused_with_what_was_expected() {
-        let refused = |text: &str, told: &str| {
+        let refused = |text: &str, reported: &str| {
             let error = read(text).unwrap_err();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(reported), "{error}");
         };
         refused(r#"{ "max_iterations": 0 }"#, "invalid value: integer `0`, expected a whole number of at least 1");
         refused(r#"{ "cosine_tolerance": 1 }"#, "expected a number between 0 and 1");

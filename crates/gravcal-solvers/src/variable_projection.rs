@@ -280,8 +280,10 @@ mod tests {
     fn a_block_that_is_not_linear_is_named() {
         // All of the decay marked: the rate is none, whatever stands before or after it.
         let marked = [("rate", 3.0), ("amplitude", -20.0), ("level", 50.0)].map(|(name, start)| linear(name, start));
-        let told = refusal(&built(marked.to_vec(), DECAY_ROWS, decay));
-        assert!(told.contains("the residuals are not affine in `rate`, which is marked as linear: remove the mark"));
+        let reported = refusal(&built(marked.to_vec(), DECAY_ROWS, decay));
+        assert!(
+            reported.contains("the residuals are not affine in `rate`, which is marked as linear: remove the mark")
+        );
 
         // Each linear alone, but not together.
         let product = |x: &[f64], r: &mut [f64], j: &mut [f64]| {
@@ -289,7 +291,7 @@ mod tests {
             j.copy_from_slice(&[x[1], x[0], 1.0, 0.0, 0.0, 1.0]);
             Ok(())
         };
-        let told = refusal(&built(vec![linear("a", 2.0), linear("b", 7.0)], 3, product));
-        assert!(told.contains("not affine in `b`"), "{told}");
+        let reported = refusal(&built(vec![linear("a", 2.0), linear("b", 7.0)], 3, product));
+        assert!(reported.contains("not affine in `b`"), "{reported}");
     }
 }

@@ -90,7 +90,7 @@ fn a_derivative_of_the_wrong_sign_leads_nowhere() {
 }
 
 #[test]
-fn iterations_that_run_out_are_told() {
+fn iterations_that_run_out_are_reported() {
     for solver in SolverName::ALL {
         let mut builder = ProblemBuilder::new();
         let x = builder.add_block(Block::scalar("x", ""), &[30.0]);
@@ -106,18 +106,22 @@ fn iterations_that_run_out_are_told() {
 }
 
 /// What every method (of `clarabel` also under a bound that is far away) says to `r = (f(x), c − 3)` from x = `start`.
-fn told(start: f64, value: fn(f64) -> Result<f64, EvaluateError>, slope: fn(f64) -> f64) -> Vec<(String, Told)> {
+fn reported(
+    start: f64,
+    value: fn(f64) -> Result<f64, EvaluateError>,
+    slope: fn(f64) -> f64,
+) -> Vec<(String, Reported)> {
     let mut builder = ProblemBuilder::new();
     let x = builder.add_block(Block::scalar("x", ""), &[start]);
     let c = builder.add_block(Block::scalar("c", "").linear(), &[3.0]);
     builder.add_factor(Factor::new(Curve { blocks: [x, c], value, slope }, Noise::independent(&[1.0; 2]).unwrap()));
     let (problem, initial) = builder.build().unwrap();
-    told_of(&problem, x, &initial)
+    reported_of(&problem, x, &initial)
 }
 
-type Told = Result<Estimate, SolveError>;
+type Reported = Result<Estimate, SolveError>;
 
-fn told_of(problem: &Problem, x: BlockId, initial: &Values) -> Vec<(String, Told)> {
+fn reported_of(problem: &Problem, x: BlockId, initial: &Values) -> Vec<(String, Reported)> {
     let far = Constraint::bound("x is not far away", x, 0, -1e300, 1e300);
     let bounded = problem.with_constraints(vec![far]).unwrap();
     let free = SolverName::ALL.into_iter().map(|solver| (solver.to_string(), solver, problem));
@@ -127,17 +131,17 @@ fn told_of(problem: &Problem, x: BlockId, initial: &Values) -> Vec<(String, Told
 
 #[test]
 fn a_sum_of_squares_that_overflows_or_underflows_is_an_error_with_the_factor() {
-    for (name, solved) in told(1e200, |x| Ok(x - 3.0), |_| 1.0) {
+    for (name, solved) in reported(1e200, |x| Ok(x - 3.0), |_| 1.0) {
         let error = solved.unwrap_err().to_string();
         let expected =
             ["the start cannot be evaluated: the cost is inf", "1e200 standard deviations, is of factor 0 at x ="];
         assert!(expected.iter().all(|text| error.contains(text)), "{name}: {error}");
     }
-    for (name, solved) in told(0.0, |x| Ok(x - 1e-170), |_| 1.0) {
+    for (name, solved) in reported(0.0, |x| Ok(x - 1e-170), |_| 1.0) {
         let error = solved.unwrap_err().to_string();
         assert!(error.contains("the cost is 0, as squares of residuals leave the range of numbers"), "{name}: {error}");
     }
-    for (name, solved) in told(1e-160, |x| Ok(1e160 * x - 3.0), |_| 1e160) {
+    for (name, solved) in reported(1e-160, |x| Ok(1e160 * x - 3.0), |_| 1e160) {
         let error = solved.unwrap_err().to_string();
         assert!(error.contains("the squares of the residuals' derivatives overflow"), "{name}: {error}");
     }
@@ -165,13 +169,15 @@ fn a_jacobian_that_was_not_written_is_not_converged() {
     let x = builder.add_block(Block::scalar("x", ""), &[1.0]);
     builder.add_factor(Factor::new(Forgotten(x), Noise::independent(&[1.0]).unwrap()));
     let (problem, initial) = builder.build().unwrap();
-    for (name, solved) in told_of(&problem, x, &initial).into_iter().filter(|(name, _)| name != "variable-projection") {
+    for (name, solved) in
+        reported_of(&problem, x, &initial).into_iter().filter(|(name, _)| name != "variable-projection")
+    {
         let estimate = solved.unwrap();
         assert_eq!((estimate.termination, estimate.without_effect.len()), (Termination::NoEffect, 1), "{name}");
         assert!(!estimate.termination.converged());
     }
     // One unknown of two: the other is solved for, and this one is told.
-    for (name, solved) in told(1.0, |x| Ok(x - 3.0), |_| 0.0) {
+    for (name, solved) in reported(1.0, |x| Ok(x - 3.0), |_| 0.0) {
         let without_effect = solved.unwrap().without_effect;
         assert_eq!(without_effect.iter().map(|column| column.block).collect::<Vec<_>>(), [x], "{name}");
     }
@@ -190,12 +196,13 @@ fn what_cannot_be_solved_is_an_error_with_a_word() {
     };
     let ((problem, initial), x) = build(3);
     for blocks in [2, 4] {
-        for (name, solved) in told_of(&problem, x, &build(blocks).0.1) {
+        for (name, solved) in reported_of(&problem, x, &build(blocks).0.1) {
             assert_eq!(solved.unwrap_err(), SolveError::ForeignStart, "{name}");
         }
     }
     let held = problem.with_fixed(&problem.block_ids().collect::<Vec<_>>(), "all is known");
-    for (name, solved) in told_of(&held, x, &initial).into_iter().filter(|(name, _)| name != "variable-projection") {
+    for (name, solved) in reported_of(&held, x, &initial).into_iter().filter(|(name, _)| name != "variable-projection")
+    {
         assert_eq!(solved.unwrap_err(), SolveError::NoUnknowns, "{name}");
     }
     for (stopping, expected) in [

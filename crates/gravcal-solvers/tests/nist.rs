@@ -118,7 +118,7 @@ fn a_bound_that_is_inactive_costs_no_certified_value() {
         let bounded = built.with_constraints(vec![inactive]).unwrap();
         let estimate = Clarabel::default().solve(&bounded, &initial, &mut SolveContext::default()).unwrap();
         let digits = certified.digits(&bounded, &estimate.values).unwrap();
-        let told = format!("{}, {}: {}, {digits:?}", certified.problem.name, start.name, estimate.termination);
-        assert!(certified.reached(digits) && estimate.active.is_empty(), "{told}");
+        let reported = format!("{}, {}: {}, {digits:?}", certified.problem.name, start.name, estimate.termination);
+        assert!(certified.reached(digits) && estimate.active.is_empty(), "{reported}");
     }
 }

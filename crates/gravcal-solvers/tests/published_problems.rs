@@ -221,10 +221,10 @@ fn the_scales_of_columns_change_nothing_even_where_a_block_starts_at_zero() {
         for solver in solvers(&problem) {
             let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
             let [a, b] = blocks.map(|id| estimate.values.scalar(id));
-            let told = format!("{solver}, scales {first:e} and {second:e}: {}", estimate.termination);
-            assert!(estimate.termination.converged(), "{told}");
-            assert!((a * first - 3.0).abs() < 1e-6 && (b * second - 2.0).abs() < 1e-6, "{told}");
-            assert_eq!(RankAnalysis::new(&problem, &estimate.values).unwrap().rank(), 2, "{told}");
+            let reported = format!("{solver}, scales {first:e} and {second:e}: {}", estimate.termination);
+            assert!(estimate.termination.converged(), "{reported}");
+            assert!((a * first - 3.0).abs() < 1e-6 && (b * second - 2.0).abs() < 1e-6, "{reported}");
+            assert_eq!(RankAnalysis::new(&problem, &estimate.values).unwrap().rank(), 2, "{reported}");
         }
     }
 }

@@ -10,7 +10,7 @@
 use gravcal_calibration::SolveEnvironment;
 use gravcal_calibration::joint::{EstimateError, Signals, State, estimate_jointly};
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::sequential::{Plan, run_steps, tell_steps};
+use gravcal_calibration::sequential::{Plan, report_steps, run_steps};
 use gravcal_estimation::Solver;
 use gravcal_estimation::statistics::Quantile;
 use gravcal_robot_model::Session;
@@ -117,12 +117,12 @@ pub fn deflection_study(
 
 /// The simulation with the true values of the parameters that a session has for its compliances.
 fn with_true_compliance(simulation: &Simulation, session: &Session) -> Simulation {
-    let mut told = simulation.clone();
+    let mut reported = simulation.clone();
     if !session.compliances().is_empty() {
         let further = [&simulation.truth.further[..], &simulation.disturbance.deflection.compliance].concat();
-        told.truth = State { further, ..told.truth };
+        reported.truth = State { further, ..reported.truth };
     }
-    told
+    reported
 }
 
 /// Error of one value, and whether its interval held the truth.
@@ -162,7 +162,7 @@ impl Study<'_> {
         let environment = SolveEnvironment::new(self.solver, &quiet);
         let steps = run_steps(session, &Plan::new(session), &environment);
         match treatment {
-            Treatment::SequentialUnseen | Treatment::SequentialSeen => tell_steps(session, &steps, &environment),
+            Treatment::SequentialUnseen | Treatment::SequentialSeen => report_steps(session, &steps, &environment),
             _ => estimate_jointly(session, Signals::All, steps.as_start(session).as_ref(), &environment),
         }
     }

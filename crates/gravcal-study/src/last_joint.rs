@@ -106,9 +106,9 @@ fn calibrate(arm: &Simulation, solver: &dyn Solver) -> Option<Found> {
     let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(solver, &quiet)).ok()?;
     let last = session.robot.chain.joints().last()?;
     let name = SensorParameter::TorqueGain.name(&last.name);
-    let told = result.parameter(&name)?;
+    let reported = result.parameter(&name)?;
     let truth = arm.truth.sensors.last()?[SensorParameter::TorqueGain as usize];
-    let ([low, high], value, std) = (told.ci95?, told.value?, told.std?);
+    let ([low, high], value, std) = (reported.ci95?, reported.value?, reported.std?);
     Some(Found {
         within: (low..=high).contains(&truth),
         error_in_std: (value - truth) / std,

@@ -83,7 +83,7 @@ impl Solver for Marquardt {
             let mut linear = problem.linearize(&values)?;
             let (cost, cosine) = (linear.cost(), linear.largest_cosine());
             let record = IterationRecord { iteration: iterations.len(), cost, cosine, step: step_length, damping };
-            context.tell(&record);
+            context.report(&record);
             iterations.push(record);
             iterates.push(values.clone());
             if cosine <= COSINE {

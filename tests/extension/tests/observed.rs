@@ -127,10 +127,11 @@ fn estimated(folder: &Path, estimator: &str) -> Value {
 
 /// Value, standard deviation and interval of a parameter.
 fn found(joint: &Value, name: &str) -> (f64, f64) {
-    let told: Vec<&Value> =
-        joint["parameters"].as_array().unwrap().iter().filter(|told| told["name"] == name).collect();
-    assert_eq!(told.len(), 1, "{name} is told once");
-    let [value, std] = ["value", "std"].map(|key| told[0][key].as_f64().unwrap_or_else(|| panic!("{}", told[0])));
+    let reported: Vec<&Value> =
+        joint["parameters"].as_array().unwrap().iter().filter(|reported| reported["name"] == name).collect();
+    assert_eq!(reported.len(), 1, "{name} is told once");
+    let [value, std] =
+        ["value", "std"].map(|key| reported[0][key].as_f64().unwrap_or_else(|| panic!("{}", reported[0])));
     (value, std)
 }
 
@@ -150,12 +151,15 @@ const TRUTH: [(&str, f64); 8] = [
 fn unknowns_of_residuals_and_shared_ones_are_found_with_the_arms() {
     let folder = simulated(RESIDUALS);
     let out = run(folder.path(), &["check", "session.toml"]);
-    let told = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert!(out.status.success() && told.contains("gauge") && told.contains("compensator"), "{told} {out:?}");
+    let reported = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(
+        out.status.success() && reported.contains("gauge") && reported.contains("compensator"),
+        "{reported} {out:?}"
+    );
 
     let out = run(folder.path(), &["calibrate", "session.toml", "--estimator", "joint", "-o", "results", "--full"]);
-    let told = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert_eq!(out.status.code(), Some(0), "{told} {out:?}");
+    let reported = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert_eq!(out.status.code(), Some(0), "{reported} {out:?}");
     let with = joint(folder.path());
     for (name, truth) in TRUTH {
         let (value, std) = found(&with, name);
@@ -170,8 +174,8 @@ fn unknowns_of_residuals_and_shared_ones_are_found_with_the_arms() {
             "{test}"
         );
     }
-    assert!(told.contains("Residual gauge (dial-gauge): 144 rows"), "{told}");
-    assert!(told.contains("reading = height of the point + zero"), "{told}");
+    assert!(reported.contains("Residual gauge (dial-gauge): 144 rows"), "{reported}");
+    assert!(reported.contains("reading = height of the point + zero"), "{reported}");
 
     // What they say of the arm itself: without them its joints are known far worse.
     let without = simulated("");
@@ -205,9 +209,9 @@ fn other_ways_to_estimate_find_the_same() {
             ["calibrate", "session.toml", "--estimator", estimator, "-o", "results", "--overwrite", "--quiet"];
         let out = run(folder.path(), &arguments);
         assert_eq!(out.status.code(), Some(0), "{to} {estimator} {out:?}");
-        let told = estimated(folder.path(), estimator);
+        let reported = estimated(folder.path(), estimator);
         for (name, truth) in TRUTH {
-            let (value, std) = found(&told, name);
+            let (value, std) = found(&reported, name);
             assert!(
                 std > 0.0 && (value - truth).abs() < 4.0 * std,
                 "{to} {estimator} {name}: {value} ± {std}, truly {truth}"
@@ -275,22 +279,25 @@ fn what_is_wrong_with_a_residual_is_said() {
             "residual[0].parameters.zero.unit: the unit `kg` does not fit: expected `m` or `mm`",
         ),
     ] {
-        let told = refused(from, to);
-        assert!(told.contains(expected), "{to}: {told}");
+        let reported = refused(from, to);
+        assert!(reported.contains(expected), "{to}: {reported}");
     }
     let out = {
         std::fs::write(&file, &session).unwrap();
         run(folder.path(), &["calibrate", "session.toml", "--estimator", "sequential", "-o", "results"])
     };
-    let told = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert!(out.status.code() == Some(2) && told.contains("only the joint estimators heed residuals"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(
+        out.status.code() == Some(2) && reported.contains("only the joint estimators heed residuals"),
+        "{reported}"
+    );
 }
 
 #[test]
 fn the_help_lists_the_residuals_of_this_crate() {
     let out = run(Path::new("."), &["--help"]);
-    let told = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert!(told.contains("dial-gauge") && told.contains("[[residual]]"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(reported.contains("dial-gauge") && reported.contains("[[residual]]"), "{reported}");
 }
 
 /// A study draws torques and positions only: it does not leave out what a session observes besides without a word.
@@ -308,7 +315,7 @@ value = [{ kind = "inclinometer", link = "link2", axis = [1, 0, 0], std_rad = 2e
     let folder = simulated("");
     std::fs::write(folder.path().join("study.toml"), STUDY).unwrap();
     let out = run(folder.path(), &["study", "run", "study.toml"]);
-    let told = String::from_utf8_lossy(&out.stderr).into_owned();
+    let reported = String::from_utf8_lossy(&out.stderr).into_owned();
     assert_eq!(out.status.code(), Some(2), "{out:?}");
-    assert!(told.contains("simulations do not draw what the residual inclinometer observes"), "{told}");
+    assert!(reported.contains("simulations do not draw what the residual inclinometer observes"), "{reported}");
 }

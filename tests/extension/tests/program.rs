@@ -40,19 +40,20 @@ fn what_models_of_another_crate_and_formulas_say_is_found() {
     assert!(session.contains("kind = \"torque-ripple\"") && session.contains("kind = \"backlash\""), "{session}");
 
     let out = run(folder.path(), &["check", "session.toml"]);
-    let told = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert!(out.status.success() && told.contains("ripple_order"), "{out:?}");
+    let reported = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(out.status.success() && reported.contains("ripple_order"), "{out:?}");
 
     let out = run(folder.path(), &["calibrate", "session.toml", "-o", "results", "--full"]);
-    let told = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert_eq!(out.status.code(), Some(0), "{told} {out:?}");
-    assert!(told.contains("reading = ... + wave * sin(number * position + shift)"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert_eq!(out.status.code(), Some(0), "{reported} {out:?}");
+    assert!(reported.contains("reading = ... + wave * sin(number * position + shift)"), "{reported}");
     let results = std::fs::read(folder.path().join("results/calibration.json")).unwrap();
     let results: Value = serde_json::from_slice(&results).unwrap();
     let joint = results["estimators"].as_array().unwrap().iter().find(|one| one["name"] == "joint").unwrap();
     for (name, truth) in TRUTH {
-        let told = joint["parameters"].as_array().unwrap().iter().find(|told| told["name"] == name).unwrap();
-        let [value, std] = ["value", "std"].map(|key| told[key].as_f64().unwrap());
+        let reported =
+            joint["parameters"].as_array().unwrap().iter().find(|reported| reported["name"] == name).unwrap();
+        let [value, std] = ["value", "std"].map(|key| reported[key].as_f64().unwrap());
         assert!(std > 0.0 && (value - truth).abs() < 3.5 * std, "{name}: {value} ± {std}, truly {truth}");
     }
     let tested: Vec<&str> =
@@ -87,11 +88,11 @@ fn an_unknown_model_is_refused_with_the_known_ones() {
     let session = std::fs::read_to_string(&file).unwrap().replace("\"torque-ripple\"", "\"torque-riple\"");
     std::fs::write(&file, session).unwrap();
     let out = run(folder.path(), &["check", "session.toml"]);
-    let told = String::from_utf8_lossy(&out.stderr).into_owned();
-    assert_eq!(out.status.code(), Some(2), "{told}");
+    let reported = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(2), "{reported}");
     let expected =
         "there is no sensor model `torque-riple` (did you mean `torque-ripple`?); known: torque-bias-in-time";
-    assert!(told.contains(expected) && told.contains("backlash"), "{told}");
+    assert!(reported.contains(expected) && reported.contains("backlash"), "{reported}");
 }
 
 /// The method of this crate by name: on the command line, and with an option in the session.
@@ -109,10 +110,10 @@ fn a_method_of_this_crate_is_chosen_by_name() {
     assert!(results.to_string().contains("\"marquardt\""), "the results say which method found them");
 
     let out = calibrate(&["--solver", "marquart"]);
-    let told = String::from_utf8_lossy(&out.stderr).into_owned();
+    let reported = String::from_utf8_lossy(&out.stderr).into_owned();
     assert!(
-        out.status.code() == Some(2) && told.contains("levenberg-marquardt") && told.contains("marquardt"),
-        "{told}"
+        out.status.code() == Some(2) && reported.contains("levenberg-marquardt") && reported.contains("marquardt"),
+        "{reported}"
     );
 
     let file = folder.path().join("session.toml");
@@ -120,8 +121,8 @@ fn a_method_of_this_crate_is_chosen_by_name() {
     let refused = |solver: &str, expected: &str| {
         std::fs::write(&file, format!("solver = {solver}\n{session}")).unwrap();
         let out = calibrate(&[]);
-        let told = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.code() == Some(2) && told.contains(expected), "{expected}: {told}");
+        let reported = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(2) && reported.contains(expected), "{expected}: {reported}");
     };
     refused(
         "{ name = \"marquardt\", iterations = 5 }",
@@ -144,9 +145,9 @@ fn a_method_of_this_crate_is_chosen_by_name() {
 #[test]
 fn the_help_lists_the_models_of_this_crate() {
     let out = run(Path::new("."), &["--help"]);
-    let told = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert!(told.contains("torque-ripple") && told.contains("coulomb-friction"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(reported.contains("torque-ripple") && reported.contains("coulomb-friction"), "{reported}");
     let out = run(Path::new("."), &["calibrate", "--help"]);
-    let told = String::from_utf8_lossy(&out.stdout).into_owned();
-    assert!(told.contains("marquardt") && told.contains("dogleg"), "{told}");
+    let reported = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(reported.contains("marquardt") && reported.contains("dogleg"), "{reported}");
 }

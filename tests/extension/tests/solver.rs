@@ -26,7 +26,7 @@ fn a_method_of_this_crate_finds_the_same() {
     let session = session();
     let own = calibrated(&session, &Marquardt::default());
     let known = calibrated(&session, SolverName::LevenbergMarquardt.build().as_ref());
-    assert!(own.parameters.iter().filter(|told| told.std.is_some()).count() > 15, "{:?}", own.undetermined);
+    assert!(own.parameters.iter().filter(|reported| reported.std.is_some()).count() > 15, "{:?}", own.undetermined);
     for (own, known) in own.parameters.iter().zip(&known.parameters) {
         assert_eq!((&own.name, own.determined), (&known.name, known.determined));
         if let (Some(a), Some(b), Some(std)) = (own.value, known.value, known.std) {

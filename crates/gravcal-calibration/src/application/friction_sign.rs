@@ -44,7 +44,7 @@ impl FrictionSign {
     }
 
     /// Sets the directions that follow from the velocities.
-    pub fn tell(&self, conditions: &mut Conditions) {
+    pub fn report(&self, conditions: &mut Conditions) {
         if self.least_speed.is_empty() {
             return;
         }
@@ -64,13 +64,14 @@ impl FrictionSign {
     /// Where no friction was taken off, and where it may have had the sign of noise.
     pub fn remarks(&self, session: &Session) -> Vec<String> {
         let names = session.robot.chain.joints().iter().map(|joint| &joint.name);
-        let told = names.zip(&self.joints).enumerate();
-        told.flat_map(|(joint, (name, counted))| {
-            let stated = session.readings.selection.least_speed(joint).is_some();
-            [resting_remark(name, *counted, stated), noise_remark(name, *counted, stated)]
-        })
-        .flatten()
-        .collect()
+        let reported = names.zip(&self.joints).enumerate();
+        reported
+            .flat_map(|(joint, (name, counted))| {
+                let stated = session.readings.selection.least_speed(joint).is_some();
+                [resting_remark(name, *counted, stated), noise_remark(name, *counted, stated)]
+            })
+            .flatten()
+            .collect()
     }
 }
 

@@ -134,9 +134,9 @@ impl<'a> Application<'a> {
         }
         self.hear(cells);
         let coordinates = self.session.terms.coordinates(&self.positions, &self.conditions, &self.values);
-        self.tell_motion(cells, &coordinates);
+        self.report_motion(cells, &coordinates);
         if self.columns.torques.iter().flatten().any(|column| !cells[*column].is_nan()) {
-            self.tell_torques(cells, &coordinates);
+            self.report_torques(cells, &coordinates);
         }
     }
 
@@ -188,11 +188,11 @@ impl<'a> Application<'a> {
         for (last, column) in directions.chain(further).zip(columns) {
             hear(last, *column, &|cell| cell);
         }
-        self.friction_sign.tell(conditions);
+        self.friction_sign.report(conditions);
     }
 
     /// Coordinates and velocities in the units of their columns.
-    fn tell_motion(&self, cells: &mut [f64], coordinates: &[f64]) {
+    fn report_motion(&self, cells: &mut [f64], coordinates: &[f64]) {
         let say = |cells: &mut [f64], column: Option<usize>, number: &dyn Fn(f64) -> f64| {
             if let Some(column) = column.filter(|column| !cells[*column].is_nan()) {
                 cells[column] = number(cells[column]);
@@ -225,7 +225,7 @@ impl<'a> Application<'a> {
     }
 
     /// Torques, or residuals.
-    fn tell_torques(&mut self, cells: &mut [f64], coordinates: &[f64]) {
+    fn report_torques(&mut self, cells: &mut [f64], coordinates: &[f64]) {
         let torques = self.true_torques(coordinates);
         let gravity = self.gravity.as_mut().map(|model| model.torques(coordinates));
         for (joint, column) in self.columns.torques.iter().enumerate() {

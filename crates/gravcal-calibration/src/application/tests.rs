@@ -154,7 +154,7 @@ fn gains_of_other_units_are_refused() {
         let parameter = other.parameters.iter_mut().find(|parameter| parameter.name == name).unwrap();
         parameter.unit = "N·m/(N·m)".to_owned();
         let refused = Application::new(&session, &other, &Effort::Torque, true).unwrap_err();
-        assert!(matches!(&refused, ApplicationError::Unit { name: told, .. } if told == name), "{refused}");
+        assert!(matches!(&refused, ApplicationError::Unit { name: reported, .. } if reported == name), "{refused}");
         assert_eq!(check_units(&session, &other), Err(refused));
     }
 }
@@ -167,7 +167,7 @@ fn a_resting_joint_has_no_sign_of_coulomb_friction() {
     let (session, calibration) = truth(&simulation);
     let (moving, torque, _) = row(&session, &simulation, None);
     let step = friction / simulation.truth.sensors[1][0];
-    let told = |session: &Session, effort: &Effort| {
+    let reported = |session: &Session, effort: &Effort| {
         let mut application = Application::new(session, &calibration, effort, false).unwrap();
         let torques = [moving[8], -0.01, 0.0, 0.01].map(|velocity| {
             let mut cells = moving.clone();
@@ -181,7 +181,7 @@ fn a_resting_joint_has_no_sign_of_coulomb_friction() {
     lax.readings.selection = Selection::default();
     for (effort, gravity) in [(Effort::Torque, 0.0), (Effort::Residual { load: None }, torque[1])] {
         let expected = torque[1] - gravity;
-        let (found, remarks) = told(&session, &effort);
+        let (found, remarks) = reported(&session, &effort);
         // The reading holds the friction of a falling joint.
         near(&found, &[expected, expected - step, expected - step, expected - step]);
         assert_eq!(
@@ -191,7 +191,7 @@ fn a_resting_joint_has_no_sign_of_coulomb_friction() {
               of Coulomb friction is not known: none was taken off"
             ]
         );
-        let (found, remarks) = told(&lax, &effort);
+        let (found, remarks) = reported(&lax, &effort);
         near(&found, &[expected, expected, expected - step, expected - 2.0 * step]);
         assert!(remarks[0].starts_with("joint joint2: at 1 of its 4 torque readings its speed was 0"), "{remarks:?}");
         assert!(remarks[1].starts_with("joint joint2: Coulomb friction has the sign of the velocity"), "{remarks:?}");

@@ -75,7 +75,7 @@ pub(super) fn judge_at(
     }
     let situation = judged.situation(session);
     let mut undetermined: Vec<Undetermined> =
-        judgement.combinations.iter().map(|c| situation.tell(&c.into())).collect();
+        judgement.combinations.iter().map(|c| situation.report(&c.into())).collect();
     undetermined.extend(unknown_sign(session, &judged, &spreads));
     undetermined.extend(last_frame_choices(session));
     let payloads = payloads(session, &judged).into_iter().map(|payload| CheckedPayload {

@@ -26,7 +26,7 @@ pub use report::{
 use cures::cures;
 use gravcal_robot_model::session::Session;
 use hypothetical::Hypothetical;
-use sweeps::{sweep_rule, tell_steps, tell_sweep};
+use sweeps::{report_steps, report_sweep, sweep_rule};
 use tilts::tilts;
 
 /// Judges a session without solving it.
@@ -66,9 +66,9 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         selection: session.selection_note(),
         unmoved: session.unmoved_note(),
         sweep_rule: sweep_rule(),
-        sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),
+        sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| report_sweep(session, &plan, i)).collect(),
         assumes_upright: session.gravity.hemisphere.is_none(),
-        steps: tell_steps(session, &plan),
+        steps: report_steps(session, &plan),
         parameters: verdict.parameters,
         payloads: verdict.payloads,
         undetermined,

@@ -18,7 +18,7 @@ pub(super) fn sweep_rule() -> String {
     )
 }
 
-pub(super) fn tell_sweep(session: &Session, plan: &Plan, index: usize) -> SweepReport {
+pub(super) fn report_sweep(session: &Session, plan: &Plan, index: usize) -> SweepReport {
     let sweep = &plan.sweeps[index];
     let (first, last) = (sweep.poses[0], sweep.poses[sweep.poses.len() - 1]);
     let gain = session.joints[sweep.swept].of(SensorParameter::PositionGain).nominal;
@@ -45,7 +45,7 @@ pub(super) fn tell_sweep(session: &Session, plan: &Plan, index: usize) -> SweepR
 }
 
 /// What each step reads; nothing of a robot that is no serial chain.
-pub(super) fn tell_steps(session: &Session, plan: &Plan) -> Vec<StepReport> {
+pub(super) fn report_steps(session: &Session, plan: &Plan) -> Vec<StepReport> {
     if !session.robot.chain.is_serial() {
         return Vec::new();
     }

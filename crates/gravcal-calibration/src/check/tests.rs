@@ -105,10 +105,10 @@ fn open<'r>(report: &'r CheckReport, combination: &str) -> &'r Curable {
 fn assert_first_cure(session: &Session, combination: &str, words: &str) {
     let report = check(session).unwrap();
     let open = open(&report, combination);
-    let told: Vec<&str> = open.cures.iter().map(|cure| cure.addition.as_str()).collect();
-    assert!(told.first().is_some_and(|first| first.starts_with(words)), "{combination}: {told:?}");
-    assert_eq!(open.undetermined.cure, told[0]);
-    assert!(told.len() <= 3);
+    let reported: Vec<&str> = open.cures.iter().map(|cure| cure.addition.as_str()).collect();
+    assert!(reported.first().is_some_and(|first| first.starts_with(words)), "{combination}: {reported:?}");
+    assert_eq!(open.undetermined.cure, reported[0]);
+    assert!(reported.len() <= 3);
     assert_cures(session, &open.undetermined.parameters, &open.cures[0]);
 }
 
@@ -143,9 +143,15 @@ fn assert_determines(hypothetical: &Hypothetical, parameters: &[String], cure: &
             continue;
         }
         let id = session.parameters().into_iter().find(|id| session.parameter_name(*id) == *name).unwrap();
-        let told = result.parameter(name).unwrap();
-        let (value, std) = (told.value.unwrap_or_else(|| panic!("{}: {told:?}", cure.addition)), told.std.unwrap());
-        assert!((value - truth.value(id)).abs() < 5.0 * std, "{}: {told:?}, not {}", cure.addition, truth.value(id));
+        let reported = result.parameter(name).unwrap();
+        let (value, std) =
+            (reported.value.unwrap_or_else(|| panic!("{}: {reported:?}", cure.addition)), reported.std.unwrap());
+        assert!(
+            (value - truth.value(id)).abs() < 5.0 * std,
+            "{}: {reported:?}, not {}",
+            cure.addition,
+            truth.value(id)
+        );
         let foretold = cure.predicted.iter().find(|predicted| predicted.name == *name).unwrap().std.unwrap();
         assert!((0.4..2.5).contains(&(std / foretold)), "{}: {name} ± {std}, foretold {foretold}", cure.addition);
     }
@@ -190,13 +196,13 @@ fn an_upright_base_is_to_be_tilted() {
 fn a_tilt_determines_a_gain_whether_or_not_noise_is_stated() {
     let mut session =
         recorded(with_loads(arm(&FOUR, UPRIGHT), true), vec![random(None), random(Some(0)), random(Some(1))]);
-    let told = |session: &Session| {
+    let reported = |session: &Session| {
         let tilt = *check(session).unwrap().tilts.last().unwrap();
         [tilt.torque_gain, tilt.position_gain].map(|gain| (gain.determined, gain.relative_std.is_some()))
     };
-    assert_eq!(told(&session), [(true, true); 2]);
+    assert_eq!(reported(&session), [(true, true); 2]);
     session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|reading| reading.std = None);
-    assert_eq!(told(&session), [(true, false); 2]);
+    assert_eq!(reported(&session), [(true, false); 2]);
 }
 
 #[test]
@@ -255,9 +261,9 @@ fn two_positions_half_a_turn_apart_want_a_third() {
     let session = recorded(session, [-FRAC_PI_2, FRAC_PI_2].map(|q| sweep(1, 2.0, &[q, 0.0])).to_vec());
     let report = check(&session).unwrap();
     let gravity = report.undetermined.iter().find(|open| open.undetermined.parameters[0] == "gravity").unwrap();
-    let told: Vec<&str> = gravity.cures.iter().map(|cure| cure.addition.as_str()).collect();
-    assert!(told[0].starts_with("record 20 more poses, spread"), "{told:?}");
-    assert!(told[1].starts_with("record 20 of the poses again with joint1 at "), "{told:?}");
+    let reported: Vec<&str> = gravity.cures.iter().map(|cure| cure.addition.as_str()).collect();
+    assert!(reported[0].starts_with("record 20 more poses, spread"), "{reported:?}");
+    assert!(reported[1].starts_with("record 20 of the poses again with joint1 at "), "{reported:?}");
     gravity.cures.iter().for_each(|cure| assert_cures(&session, &gravity.undetermined.parameters, cure));
 }
 
@@ -290,10 +296,10 @@ fn a_short_sweep_wants_a_wider_one() {
     let gain =
         report.undetermined.iter().find(|open| open.undetermined.parameters.contains(&"joint3.position_gain".into()));
     let gain = gain.unwrap_or_else(|| panic!("{:?}", report.undetermined));
-    let told: Vec<&str> = gain.cures.iter().map(|cure| cure.addition.as_str()).collect();
-    assert!(told[0].starts_with("record 20 more poses, spread"), "{told:?}");
+    let reported: Vec<&str> = gain.cures.iter().map(|cure| cure.addition.as_str()).collect();
+    assert!(reported[0].starts_with("record 20 more poses, spread"), "{reported:?}");
     let wider = gain.cures.iter().find(|cure| cure.addition.starts_with("record a sweep of joint3 from -115° to 115°"));
-    assert_cures(&session, &gain.undetermined.parameters, wider.unwrap_or_else(|| panic!("{told:?}")));
+    assert_cures(&session, &gain.undetermined.parameters, wider.unwrap_or_else(|| panic!("{reported:?}")));
 }
 
 #[test]
@@ -316,7 +322,7 @@ fn an_unread_joint_is_to_be_read() {
 }
 
 #[test]
-fn the_sign_of_gravity_is_open_until_stated_or_told_by_a_load() {
+fn the_sign_of_gravity_is_open_until_stated_or_determined_by_a_load() {
     let mut bare = arm(&FOUR, TILTED);
     bare.gravity.hemisphere = None;
     let session = recorded(bare.clone(), vec![random(None)]);

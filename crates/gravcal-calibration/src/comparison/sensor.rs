@@ -120,8 +120,8 @@ fn comparable(
         }));
         return (Vec::new(), None);
     }
-    let told = compared.iter().map(|(name, unit)| told(calibrations, name, unit)).collect();
-    (told, Some(estimates.scaled()))
+    let reported = compared.iter().map(|(name, unit)| reported(calibrations, name, unit)).collect();
+    (reported, Some(estimates.scaled()))
 }
 
 /// The parameters of a sensor, each as the first calibration says that has it.
@@ -211,7 +211,7 @@ fn place(calibration: &EarlierEstimate, name: &str) -> Option<usize> {
     calibration.quantities.iter().position(|known| matches!(known.terms.as_slice(), [(only, _)] if only == name))
 }
 
-fn told(calibrations: &[&EarlierEstimate], name: &str, unit: &str) -> ComparedParameter {
+fn reported(calibrations: &[&EarlierEstimate], name: &str, unit: &str) -> ComparedParameter {
     let Estimates { values, covariances } = Estimates::new(calibrations, &[name]);
     ComparedParameter {
         name: name.to_owned(),

@@ -106,7 +106,7 @@ fn a_moved_gain_is_named_and_nothing_else() {
     assert_eq!(moved[0].parameters[0].values.len(), 5);
 }
 
-fn told(sensor: &SensorComparison) -> Vec<String> {
+fn reported(sensor: &SensorComparison) -> Vec<String> {
     sensor.left_out.iter().map(LeftOut::to_string).collect()
 }
 
@@ -120,13 +120,13 @@ fn of_two_it_is_the_test_of_the_difference() {
     let expected = (values[0] - values[1]).powi(2) / (stds[0].powi(2) + stds[1].powi(2));
     let found = sensor.test.as_ref().unwrap();
     assert!((found.chi_squared / expected - 1.0).abs() < 1e-9);
-    assert_eq!(told(sensor), ["joint1.position_offset is held in calibration 1 (it defines the base frame)"]);
+    assert_eq!(reported(sensor), ["joint1.position_offset is held in calibration 1 (it defines the base frame)"]);
     assert_eq!(comparison.not_seen(), ["joint1.position_offset", "joint3.position_offset"]);
     assert_eq!(comparison.base_frame, ["joint1.position_offset"]);
 }
 
 #[test]
-fn what_cannot_be_compared_is_told() {
+fn what_cannot_be_compared_is_reported() {
     let all = calibrations(&sarcos_shoulder(), 0..2);
     assert_eq!(compare(&[&all[0]]), Err(ComparisonError::One));
     let mut other = all[1].clone();
@@ -134,11 +134,11 @@ fn what_cannot_be_compared_is_told() {
     other.parameters.iter_mut().find(|parameter| parameter.name == "joint1.torque_bias").unwrap().value = None;
     other.gravity = None;
     let comparison = compare(&[&all[0], &other]).unwrap();
-    assert_eq!(told(&comparison.sensors[0]), ["gravity is not determined in calibration 2"]);
+    assert_eq!(reported(&comparison.sensors[0]), ["gravity is not determined in calibration 2"]);
     let expected =
         ["joint1.torque_gain is not in calibration 2", "joint1.torque_bias is not determined in calibration 2"];
     assert_eq!(
-        (told(&comparison.sensors[1]), &comparison.sensors[1].test),
+        (reported(&comparison.sensors[1]), &comparison.sensors[1].test),
         (expected.map(str::to_owned).into(), &None)
     );
     let mut volts = all[1].clone();
@@ -153,7 +153,7 @@ fn what_cannot_be_compared_is_told() {
 }
 
 #[test]
-fn what_only_one_calibration_has_is_told_whichever_it_is() {
+fn what_only_one_calibration_has_is_reported_whichever_it_is() {
     let all = calibrations(&sarcos_shoulder(), 0..2);
     let mut fewer = all[1].clone();
     let gone = |name: &str| name.starts_with("joint2.torque_") || name == "joint3.torque_bias";
@@ -161,7 +161,7 @@ fn what_only_one_calibration_has_is_told_whichever_it_is() {
     for (pair, lacking) in [([&all[0], &fewer], 2), ([&fewer, &all[0]], 1)] {
         let comparison = compare(&pair).unwrap();
         let of = |name: &str| comparison.sensors.iter().find(|sensor| sensor.name == name).unwrap();
-        assert_eq!(told(of("joint2 torque")), [format!("joint2 torque is not in calibration {lacking}")]);
+        assert_eq!(reported(of("joint2 torque")), [format!("joint2 torque is not in calibration {lacking}")]);
         assert!(!of("joint2 torque").in_all && of("joint3 torque").in_all);
         assert_eq!(of("joint3 torque").models_differ_in, ["joint3.torque_bias"]);
         let mut not_seen = comparison.not_seen();
@@ -172,7 +172,7 @@ fn what_only_one_calibration_has_is_told_whichever_it_is() {
 }
 
 #[test]
-fn a_covariance_that_cannot_be_inverted_is_told_and_not_compared() {
+fn a_covariance_that_cannot_be_inverted_is_reported_and_not_compared() {
     let all = calibrations(&sarcos_shoulder(), 0..2);
     let place = |name: &str| all[1].quantities.iter().position(|quantity| quantity.terms[0].0 == name).unwrap();
     let (gain, bias) = (place("joint2.torque_gain"), place("joint2.torque_bias"));
@@ -183,7 +183,7 @@ fn a_covariance_that_cannot_be_inverted_is_told_and_not_compared() {
         let comparison = compare(&[&all[0], &broken]).unwrap();
         let sensor = comparison.sensors.iter().find(|sensor| sensor.name == "joint2 torque").unwrap();
         let why = "is not compared: its sensor's covariance in calibration 2 is not positive definite";
-        assert_eq!(told(sensor), ["gain", "bias"].map(|what| format!("joint2.torque_{what} {why}")));
+        assert_eq!(reported(sensor), ["gain", "bias"].map(|what| format!("joint2.torque_{what} {why}")));
         assert!(sensor.test.is_none() && sensor.parameters.is_empty() && comparison.not_seen().len() == 4);
     }
     let mut singular = all[1].clone();

@@ -7,9 +7,9 @@ use gravcal_robot_model::session::Session;
 use super::error::EstimateError;
 use super::measurement_set::MeasurementSet;
 use super::payloads::payloads;
+use super::report::report_parameters;
 use super::solve::solve;
 use super::solved::Solved;
-use super::tell::tell_parameters;
 use super::variables::State;
 use crate::judgement::{Asked, Judgement, residual_tests};
 use crate::result::{GravityResult, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict};
@@ -59,7 +59,7 @@ impl Answer {
         // What was stopped on its way explains the readings badly whatever the model.
         let unexplained = solved.unexplained_sizes(session)?;
         let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
-        let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, environment)?;
+        let (uncertainty, reported) = solved.chosen_uncertainty(session, misfit, environment)?;
         let solved = Solved { uncertainty, ..solved }.widened(session);
         let mut judgement = solved.judge(session);
         if solved.freedom_of_noise(session).is_some() {
@@ -67,9 +67,9 @@ impl Answer {
         }
         Ok(Answer {
             gravity: judgement.determines(Asked::Gravity).then(|| solved.gravity(session)),
-            parameters: tell_parameters(session, &solved, &judgement),
-            residual_tests: residual_tests(session, &solved, &told)?,
-            uncertainty: told,
+            parameters: report_parameters(session, &solved, &judgement),
+            residual_tests: residual_tests(session, &solved, &reported)?,
+            uncertainty: reported,
             judgement,
             misfit,
             unexplained,

@@ -11,9 +11,9 @@ use super::findings::Findings;
 use super::large_errors::WARNING;
 use super::measurement_set::MeasurementSet;
 use super::mistakes::{Mistake, find_mistake};
+use super::report::{mirrored_gains, report_termination};
 use super::solve_from::solve_from;
 use super::solved::Solved;
-use super::tell::{mirrored_gains, tell_termination};
 use super::variables::State;
 use crate::judgement::{explained, far_off, in_words};
 use crate::result::{NoiseSource, ParameterResult, UncertaintyResult, Verdict};
@@ -58,8 +58,8 @@ pub(super) fn conclude(
     if verdict == Verdict::Failed {
         answer.withdraw();
     }
-    let (failure, [reasons, remarks]) = findings.told();
-    let termination = failure.unwrap_or_else(|| tell_termination(&answer.solved));
+    let (failure, [reasons, remarks]) = findings.reported();
+    let termination = failure.unwrap_or_else(|| report_termination(&answer.solved));
     Ok(Conclusion { answer, verdict, termination, reasons, remarks })
 }
 
@@ -242,7 +242,7 @@ impl Answer {
         if session.earlier.is_none() || !solved.estimate.termination.converged() {
             return Ok(());
         }
-        environment.tell("holding the earlier calibration against the readings");
+        environment.report("holding the earlier calibration against the readings");
         let alone = Session { earlier: None, ..session.clone() };
         let start = solved.state(&State::nominal(session));
         let without = solve_from(&alone, &solved.readings, start, environment)?;
@@ -292,7 +292,7 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
     });
     let (name, ratio) = found.next()?;
     let looks = match MistakenUnit::of_gain(ratio) {
-        Some(mistaken) => format!("they {}: {}", mistaken.told(), mistaken.cure()),
+        Some(mistaken) => format!("they {}: {}", mistaken.reported(), mistaken.cure()),
         None => "state the gain ([[joint]] position_gain = { nominal = …, unit = … })".to_owned(),
     };
     Some(Mistake {
@@ -323,11 +323,11 @@ mod tests {
         let mut findings = Findings::none(true);
         answer.remark_on_contradictions(&session, &mut findings).unwrap();
         answer.forget_mirrored(&session, &mut findings);
-        let remarks = findings.told().1.concat();
+        let remarks = findings.reported().1.concat();
         assert!(!accused(&remarks), "{remarks:?}");
         let mut findings = Findings::none(true);
         answer.remark_on_contradictions(&session, &mut findings).unwrap();
-        let remarks = findings.told().1.concat();
+        let remarks = findings.reported().1.concat();
         assert!(accused(&remarks), "{remarks:?}");
     }
 }

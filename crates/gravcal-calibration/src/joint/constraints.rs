@@ -80,13 +80,13 @@ pub(super) fn respect(session: &Session, values: &mut State) {
 }
 
 /// The active constraints in words and numbers.
-pub(super) fn tell(problem: &Problem, active: &[ActiveConstraint]) -> Vec<result::ActiveConstraint> {
-    let told = active.iter().map(|active| result::ActiveConstraint {
+pub(super) fn report(problem: &Problem, active: &[ActiveConstraint]) -> Vec<result::ActiveConstraint> {
+    let reported = active.iter().map(|active| result::ActiveConstraint {
         constraint: active.name.clone(),
         multiplier: active.multiplier,
         unit: unit(problem, active),
     });
-    told.collect()
+    reported.collect()
 }
 
 /// The unit of what a constraint holds: that of a cone is its moment's.

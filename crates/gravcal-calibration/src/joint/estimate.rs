@@ -10,8 +10,8 @@ use super::error::EstimateError;
 use super::held_out::fit_with_held_out;
 use super::measurement_set::MeasurementSet;
 use super::problem::JointProblem;
+use super::report::report;
 use super::select::{Signals, select};
-use super::tell::tell;
 use super::variables::State;
 use crate::result::{Brief, EstimatorResult};
 
@@ -46,7 +46,7 @@ pub fn estimate(
 ) -> Result<EstimatorResult, EstimateError> {
     let conclusion = conclude(session, readings, known, environment)?;
     let fit = fit_with_held_out(session, &conclusion.answer.solved, environment)?;
-    tell(session, name, conclusion, fit, environment)
+    report(session, name, conclusion, fit, environment)
 }
 
 /// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor

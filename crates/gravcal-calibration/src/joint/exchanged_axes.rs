@@ -54,7 +54,7 @@ impl ExchangedAxes {
     }
 
     /// What is wrong, and what to do about it.
-    pub fn tell(self, session: &Session) -> (String, String) {
+    pub fn report(self, session: &Session) -> (String, String) {
         let ExchangedAxes { instrument, order, signs } = self;
         let name = &session.instruments[instrument].name;
         let columns = [0, 1, 2].map(|axis| {

@@ -45,7 +45,9 @@ impl Findings {
 
     /// Takes remarks back.
     pub fn forget(&mut self, remarks: &[String]) {
-        [&mut self.reasons, &mut self.remarks].into_iter().for_each(|told| told.retain(|told| !remarks.contains(told)));
+        [&mut self.reasons, &mut self.remarks]
+            .into_iter()
+            .for_each(|reported| reported.retain(|reported| !remarks.contains(reported)));
     }
 
     /// Intervals are in doubt.
@@ -83,7 +85,7 @@ impl Findings {
     }
 
     /// Why there is no answer to rely on, if something else than the solver says so; reasons for the verdict, and remarks.
-    pub fn told(self) -> (Option<String>, [Vec<String>; 2]) {
+    pub fn reported(self) -> (Option<String>, [Vec<String>; 2]) {
         (self.failure, [self.reasons, self.remarks])
     }
 }
@@ -117,7 +119,7 @@ mod tests {
         findings.fail_first(mistake("c"));
         findings.remark("another".into());
         findings.doubt_for("d".into());
-        let (failure, [reasons, remarks]) = findings.told();
+        let (failure, [reasons, remarks]) = findings.reported();
         assert_eq!(failure.as_deref(), Some("c"));
         assert_eq!(reasons, ["mend c", "mend a", "mend b", "d"]);
         assert_eq!(remarks, ["another"]);

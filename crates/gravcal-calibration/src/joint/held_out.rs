@@ -38,26 +38,26 @@ pub(crate) fn fit_with_held_out(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Fit, EstimateError> {
     let whitened = solved.built.problem.residuals(&solved.estimate.values)?;
-    let mut told = judgement::fit(session, solved, &whitened)?;
+    let mut reported = judgement::fit(session, solved, &whitened)?;
     if environment.stopped() {
-        told.held_out_missing = Some("stopped".to_owned());
-        return Ok(told);
+        reported.held_out_missing = Some("stopped".to_owned());
+        return Ok(reported);
     }
-    environment.tell("predicting held-out poses");
+    environment.report("predicting held-out poses");
     match session.validation.is_empty() {
         false => {
             let found = solved.state(&State::nominal(session));
-            told.held_out = of_validation(session, &solved.readings, found)?;
+            reported.held_out = of_validation(session, &solved.readings, found)?;
         }
         true => match seen_by_second_fit(session, solved, environment)? {
-            Second::Predicted(held_out) => told.held_out = held_out,
-            Second::Missing(why) => told.held_out_missing = Some(why),
+            Second::Predicted(held_out) => reported.held_out = held_out,
+            Second::Missing(why) => reported.held_out_missing = Some(why),
         },
     }
-    if session.has_windows() && told.held_out.is_some() {
-        told.smaller_models = smaller_models(session, solved, environment)?;
+    if session.has_windows() && reported.held_out.is_some() {
+        reported.smaller_models = smaller_models(session, solved, environment)?;
     }
-    Ok(told)
+    Ok(reported)
 }
 
 /// How well what was found predicts the tables that enter no fit. `fitted`: the readings that it was found from.

@@ -31,12 +31,12 @@ impl Errors {
 impl Answer {
     /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
     pub(super) fn remark_on_unexplained(&self, session: &Session, findings: &mut Findings) {
-        let told = self.unexplained.iter().enumerate().filter_map(|(channel, size)| {
+        let reported = self.unexplained.iter().enumerate().filter_map(|(channel, size)| {
             let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
             let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
             Some(Errors::of(session, channel, std, share))
         });
-        let (failing, warned): (Vec<_>, Vec<_>) = told.partition(|errors| errors.share > LARGE);
+        let (failing, warned): (Vec<_>, Vec<_>) = reported.partition(|errors| errors.share > LARGE);
         if !warned.is_empty() {
             findings.remark(format!(
                 "Errors that the noise does not explain, beside what gravity makes the sensor read: {}. Intervals allow for them \

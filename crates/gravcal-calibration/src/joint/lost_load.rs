@@ -30,7 +30,7 @@ impl LostLoad {
     }
 
     /// What happened, and what to do about it.
-    pub fn tell(self, session: &Session) -> (String, String) {
+    pub fn report(self, session: &Session) -> (String, String) {
         let load = session.tables[self.table].load.map_or("", |load| session.loads[load].name.as_str());
         let (line, file) = (session.poses[self.from].line, file_name(&session.tables[self.table].path));
         (

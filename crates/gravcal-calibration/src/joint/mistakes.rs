@@ -98,7 +98,7 @@ fn mistaken_columns(
         return Ok(None);
     }
     promising.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    environment.tell("looking for swapped columns");
+    environment.report("looking for swapped columns");
     let (before, _) = solve_with(session, &readings, solved, environment)?;
     let mut best: Option<(f64, Hypothesis, State)> = None;
     for (_, hypothesis) in promising.into_iter().take(SOLVED) {
@@ -110,7 +110,7 @@ fn mistaken_columns(
     let Some((after, hypothesis, end)) = best else { return Ok(None) };
     let tried = hypotheses.len() + tried_of_lost;
     let likelier = decisively_likelier((&hypothesis.made(session), end), (session, solved), tried, environment)?;
-    Ok(likelier.then(|| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
+    Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt())))
 }
 
 /// Whether a session, started there, explains the readings so much better than the solution that it is no accident of having tried so many,
@@ -185,7 +185,7 @@ impl Hypothesis {
         made
     }
 
-    fn tell(self, session: &Session, share: f64) -> Mistake {
+    fn report(self, session: &Session, share: f64) -> Mistake {
         let name = |joint: usize| session.robot.chain.joints()[joint].name.as_str();
         let (what, cure) = match self {
             Hypothesis::PositionReversed(joint) => (
@@ -209,8 +209,8 @@ impl Hypothesis {
                 format!("tables with and without load {} exchanged", session.loads[0].name),
                 "Exchange load = … among the [[poses]].".to_owned(),
             ),
-            Hypothesis::LoadLost(lost) => lost.tell(session),
-            Hypothesis::AxesExchanged(axes) => axes.tell(session),
+            Hypothesis::LoadLost(lost) => lost.report(session),
+            Hypothesis::AxesExchanged(axes) => axes.report(session),
             Hypothesis::OrientationsInverted => {
                 let inverse = session.readings.orientation.as_ref().is_some_and(|columns| columns.body_from_base);
                 let other = if inverse { "base-from-body" } else { "body-from-base" };

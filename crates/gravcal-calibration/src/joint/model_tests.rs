@@ -71,10 +71,10 @@ impl ModelTests<'_> {
         environment: &SolveEnvironment<'_>,
     ) -> Result<SensorModelTest, EstimateError> {
         // One that several sensors share is absent from all of them.
-        let told = |place: usize| ParameterId::Further(self.session.further[place].same_as.unwrap_or(place));
-        let parameters: Vec<ParameterId> = places.map(told).filter(|id| self.is_free(*id)).collect();
+        let reported = |place: usize| ParameterId::Further(self.session.further[place].same_as.unwrap_or(place));
+        let parameters: Vec<ParameterId> = places.map(reported).filter(|id| self.is_free(*id)).collect();
         let test = if self.determined(&parameters) { self.test(&parameters, environment)? } else { None };
-        Ok(self.told(owner, model, &parameters, test))
+        Ok(self.reported(owner, model, &parameters, test))
     }
 
     /// Whether the biases of an instrument differ from table to table.
@@ -87,10 +87,10 @@ impl ModelTests<'_> {
         let by_axis: Vec<Vec<ParameterId>> = (0..axes).map(of_axis).filter(free).collect();
         let parameters = by_axis.concat();
         let test = if self.determined(&parameters) { self.differences(&by_axis) } else { None };
-        self.told(&instrument.name, "biases-of-tables", &parameters, test)
+        self.reported(&instrument.name, "biases-of-tables", &parameters, test)
     }
 
-    fn told(
+    fn reported(
         &self,
         owner: &str,
         model: &str,
@@ -224,10 +224,10 @@ mod tests {
 
     #[test]
     fn a_term_that_is_there_is_needed() {
-        let told = tested(&with_drift(2e-3, 0));
-        assert_eq!((told.joint.as_str(), told.model.as_str()), ("joint2", "torque-bias-in-time"));
-        assert_eq!(told.parameters, ["joint2.torque_bias_drift"]);
-        let test = told.test.unwrap();
+        let reported = tested(&with_drift(2e-3, 0));
+        assert_eq!((reported.joint.as_str(), reported.model.as_str()), ("joint2", "torque-bias-in-time"));
+        assert_eq!(reported.parameters, ["joint2.torque_bias_drift"]);
+        let test = reported.test.unwrap();
         assert_eq!((test.kind, test.degrees_of_freedom), (TestKind::LikelihoodRatio, [Some(1), None]));
         assert!(test.p_value < 1e-12 && test.statistic > 100.0, "{test:?}");
     }

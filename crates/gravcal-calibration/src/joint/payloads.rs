@@ -23,7 +23,7 @@ const WEIGHED: f64 = 3.0;
 /// What is found of each load of unknown mass.
 pub(crate) fn payloads(session: &Session, solved: &Solved) -> Vec<PayloadResult> {
     let unknown = session.loads.iter().zip(&solved.built.variables.with_payloads).filter(|(load, _)| load.is_unknown());
-    unknown.map(|(load, with)| Payload::new(session, solved, load, *with).tell()).collect()
+    unknown.map(|(load, with)| Payload::new(session, solved, load, *with).report()).collect()
 }
 
 struct Payload<'a> {
@@ -38,8 +38,8 @@ impl<'a> Payload<'a> {
         Payload { solved, load, link: session.robot.chain.links()[load.link].name.clone(), with }
     }
 
-    fn tell(&self) -> PayloadResult {
-        let mut told = PayloadResult {
+    fn report(&self) -> PayloadResult {
+        let mut reported = PayloadResult {
             load: self.load.name.clone(),
             link: self.link.clone(),
             mass_kg: None,
@@ -50,33 +50,33 @@ impl<'a> Payload<'a> {
         let variables = &self.solved.built.variables;
         let bare = variables.inertia.get(self.load.link).copied();
         let Some((with, bare)) = self.with.zip(bare) else {
-            told.undetermined = Some("no pose carries it".into());
-            return told;
+            reported.undetermined = Some("no pose carries it".into());
+            return reported;
         };
         if self.solved.built.problem.block(bare).fixed.is_some() {
-            told.undetermined =
+            reported.undetermined =
                 Some(format!("no pose is read without it: record poses of link {} without it, too", self.link));
-            return told;
+            return reported;
         }
         let moments = [0, 1, 2, 3].map(|component| self.difference(with.moments, bare, component));
         let Some(mass) = moments[0].number(self.solved) else {
-            told.undetermined = Some(SCALE.into());
-            return told;
+            reported.undetermined = Some(SCALE.into());
+            return reported;
         };
-        told.mass_kg = Some(mass);
+        reported.mass_kg = Some(mass);
         if mass.value < WEIGHED * mass.std {
-            told.undetermined = Some("the centre of mass: its mass is not told from zero".into());
-            return told;
+            reported.undetermined = Some("the centre of mass: its mass is not told from zero".into());
+            return reported;
         }
         let centre = [1, 2, 3].map(|axis| moments[axis].over(&moments[0]).number(self.solved));
         let [Some(x), Some(y), Some(z)] = centre else {
-            told.undetermined =
+            reported.undetermined =
                 Some("the centre of mass: add poses that turn the link which carries it to other sides".into());
-            return told;
+            return reported;
         };
-        told.center_of_mass_m = Some([x, y, z]);
+        reported.center_of_mass_m = Some([x, y, z]);
         let tensor = with.tensor.zip(variables.tensors.get(self.load.link).copied());
-        told.tensor_kg_m2 = tensor.and_then(|(with, bare)| {
+        reported.tensor_kg_m2 = tensor.and_then(|(with, bare)| {
             let entries = PAIRS.iter().enumerate().map(|(component, pair)| {
                 self.difference(with, bare, component).less(&steiner(&moments, *pair)).number(self.solved)
             });
@@ -84,10 +84,10 @@ impl<'a> Payload<'a> {
             entries.and_then(|entries| entries.try_into().ok())
         });
         // Of an arm that stands nobody expects it.
-        if tensor.is_some() && told.tensor_kg_m2.is_none() {
-            told.undetermined = Some("the inertia tensor: record the arm in motion with and without it".into());
+        if tensor.is_some() && reported.tensor_kg_m2.is_none() {
+            reported.undetermined = Some("the inertia tensor: record the arm in motion with and without it".into());
         }
-        told
+        reported
     }
 
     /// A component of the link with the load less that of the link without.

@@ -34,14 +34,14 @@ impl Solved {
         let judgement = self.judge(session);
         let reference = self.reference_of_others(session);
         let determined = session.parameters().into_iter().filter(|id| judgement.determines(*id));
-        let told = |id: ParameterId| {
+        let reported = |id: ParameterId| {
             let mut columns = problem.columns_of(self.built.variables.block(id));
             columns.find_map(|column| Some((column, limit_of(column)?)))
         };
-        let told: Vec<(usize, f64)> = determined.filter_map(told).collect();
+        let reported: Vec<(usize, f64)> = determined.filter_map(reported).collect();
         let (values, analysis) = (&self.estimate.values, &self.analysis);
         let profiles =
-            Profiled { problem, values, analysis, reference: reference.as_ref() }.wider(&told, environment)?;
+            Profiled { problem, values, analysis, reference: reference.as_ref() }.wider(&reported, environment)?;
         Ok(Solved { profiles, ..self })
     }
 

@@ -57,7 +57,7 @@ struct Reversed {
 }
 
 impl Reversed {
-    fn tell(&self, session: &Session) -> Mistake {
+    fn report(&self, session: &Session) -> Mistake {
         let names: Vec<&str> = self.joints.iter().map(|j| session.robot.chain.joints()[*j].name.as_str()).collect();
         let (names, sensors, each) = match names.as_slice() {
             [only] => ((*only).to_owned(), "sensor", "in its [[joint]]"),
@@ -81,7 +81,7 @@ pub(super) fn reversed_sensors(
     doubtful: bool,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
-    Ok(search(session, solved, doubtful, environment)?.map(|reversed| reversed.tell(session)))
+    Ok(search(session, solved, doubtful, environment)?.map(|reversed| reversed.report(session)))
 }
 
 /// Looks for a force-torque sensor by which its tool would have a negative mass, gravity's sign being known.
@@ -138,7 +138,7 @@ fn beside_the_others(
     open: &[usize],
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
-    environment.tell("looking for reversed sensors");
+    environment.report("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
     let readings = solved.readings.unexcused(session);
     let mut joints: Vec<usize> = Vec::new();
@@ -252,8 +252,8 @@ fn agreement(session: &Session, solved: &Solved, state: &State) -> Option<f64> {
     // Looked at once a joint: once a reading would take time with the square of their number.
     let turn_far: Vec<bool> = (0..session.joints.len()).map(|joint| turns_far(session, joint)).collect();
     let of_one_that_turns = |id: &ReadingId| turn_far.get(id.channel) == Some(&true);
-    let telling: Vec<ReadingId> = solved.built.rows.iter().copied().filter(of_one_that_turns).collect();
-    let with = |values: &State| correlation(&telling, &estimated, &bare_torques(session, values, &nominal));
+    let informative: Vec<ReadingId> = solved.built.rows.iter().copied().filter(of_one_that_turns).collect();
+    let with = |values: &State| correlation(&informative, &estimated, &bare_torques(session, values, &nominal));
     let (here, there) = (with(state)?, with(&nominal)?);
     (here * there > 0.0).then(|| if here.abs() < there.abs() { here } else { there })
 }
@@ -283,10 +283,10 @@ fn turns_far(session: &Session, joint: usize) -> bool {
 }
 
 /// Correlation of two sets of torques over these readings, by pose and joint, each joint's mean taken away.
-fn correlation(telling: &[ReadingId], first: &[Vec<f64>], second: &[Vec<f64>]) -> Option<f64> {
+fn correlation(informative: &[ReadingId], first: &[Vec<f64>], second: &[Vec<f64>]) -> Option<f64> {
     let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
     for joint in 0..second.first()?.len() {
-        let rows = telling.iter().filter(|id| id.channel == joint);
+        let rows = informative.iter().filter(|id| id.channel == joint);
         let rows: Vec<(f64, f64)> = rows.map(|id| (first[id.pose][joint], second[id.pose][joint])).collect();
         let count = rows.len().max(1) as f64;
         let mean = rows.iter().fold((0.0, 0.0), |sum, (a, b)| (sum.0 + a / count, sum.1 + b / count));
@@ -313,11 +313,12 @@ mod tests {
 
     fn assert_named(result: &EstimatorResult, names: &str) {
         assert_eq!(result.verdict, Verdict::Failed, "{:?}", result.notes);
-        let told = result.notes.iter().any(|note| note.contains(names) && note.contains("torque_sign = \"reversed\""));
-        assert!(told, "{:?}", result.notes);
+        let reported =
+            result.notes.iter().any(|note| note.contains(names) && note.contains("torque_sign = \"reversed\""));
+        assert!(reported, "{:?}", result.notes);
         let accusing = result.notes.iter().filter(|note| note.contains("the other way")).count();
         assert_eq!(accusing, 1, "the cause is named once, and nobody else: {:?}", result.notes);
-        assert!(result.parameters.iter().all(|told| told.value.is_none() || told.held.is_some()));
+        assert!(result.parameters.iter().all(|reported| reported.value.is_none() || reported.held.is_some()));
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub fn solve(
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    environment.tell("starting values");
+    environment.report("starting values");
     let sample = Sample::new(session, readings)?;
     let start = match (&readings.order, known) {
         (Order::Together, _) => best_start(session, &sample, known, environment)?,
@@ -67,7 +67,7 @@ fn lowest_elsewhere(
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    environment.tell("other starting values");
+    environment.report("other starting values");
     let companion = environment.solver().companion().filter(|other| other.check(&solved.built.problem).is_ok());
     let second = environment.by(companion.as_deref().unwrap_or(environment.solver()));
     let nominal = State::nominal(session);

@@ -78,7 +78,7 @@ fn solve_with_noise(
     let built = |readings: &MeasurementSet, start: &State| build_with_constraints(session, readings, start);
     let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
     if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
-        environment.tell("all unknowns together");
+        environment.report("all unknowns together");
         let solved = solve_built(readings.clone(), built(&readings, &start)?, environment)?;
         let stopped = solved.estimate.termination == Termination::Stopped;
         if !estimated || stopped || solved.unexplained(session)? == readings.unexplained {
@@ -88,7 +88,7 @@ fn solve_with_noise(
         readings = readings.with_rough_unexplained(session);
     }
     for round in 0..if estimated { UNEXPLAINED_ROUNDS } else { NOISE_ROUNDS } {
-        environment.tell("all unknowns together");
+        environment.report("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
         readings.loss = if round == 0 { Loss::None } else { loss };
         let problem = built(&readings, &start)?;
@@ -110,7 +110,7 @@ fn solve_with_noise(
         }
     }
     readings.loss = loss;
-    environment.tell("all unknowns together");
+    environment.report("all unknowns together");
     solve_built(readings.clone(), built(&readings, &start)?.resting_at_start(), environment)
 }
 

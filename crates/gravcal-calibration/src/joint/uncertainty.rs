@@ -5,7 +5,8 @@
 //! are drawn anew.
 
 use gravcal_estimation::statistics::{
-    Bootstrap, Jackknife, NoiseScale, Resampling, SampleBlocks, Solution, StatisticsError, ToldByOneBlock, Uncertainty,
+    Bootstrap, DeterminedByOneBlock, Jackknife, NoiseScale, Resampling, SampleBlocks, Solution, StatisticsError,
+    Uncertainty,
 };
 use gravcal_estimation::{BlockId, Loss, RankAnalysis};
 use gravcal_identification::SolveEnvironment;
@@ -43,30 +44,30 @@ impl Solved {
             _ if !self.estimate.termination.converged() => self.noise_uncertainty(session, misfit),
             UncertaintyChoice::Noise => self.noise_uncertainty(session, misfit),
             UncertaintyChoice::Jackknife { blocks } => {
-                let (uncertainty, told) = self.jackknife(session, blocks)?;
-                Ok((uncertainty, UncertaintyResult::Jackknife(told)))
+                let (uncertainty, reported) = self.jackknife(session, blocks)?;
+                Ok((uncertainty, UncertaintyResult::Jackknife(reported)))
             }
             UncertaintyChoice::Sandwich { block_poses } => {
                 let blocks = blocks(block_poses)?;
-                let told = UncertaintyResult::Sandwich { blocks: blocks.count(), block_poses };
-                Ok((Uncertainty::sandwich(&self.solution(), &blocks)?, told))
+                let reported = UncertaintyResult::Sandwich { blocks: blocks.count(), block_poses };
+                Ok((Uncertainty::sandwich(&self.solution(), &blocks)?, reported))
             }
             UncertaintyChoice::Bootstrap { block_poses, replicates, seed } => {
-                environment.tell("judging by bootstrap");
+                environment.report("judging by bootstrap");
                 let blocks = blocks(block_poses)?;
                 let resampling = Resampling { blocks: &blocks, replicates, seed, fixed: &[] };
                 // Replicates obey the constraints by themselves, and need not lean on the same ones.
                 let (problem, values) = (&self.built.problem, &self.estimate.values);
                 let solution = Solution { problem, values, analysis: &RankAnalysis::new(problem, values)? };
                 let drawn = Bootstrap::new(&solution, &resampling, environment.solver())?;
-                let told = UncertaintyResult::Bootstrap {
+                let reported = UncertaintyResult::Bootstrap {
                     blocks: blocks.count(),
                     block_poses,
                     replicates: drawn.replicates,
                     not_converged: drawn.not_converged,
                     undetermined: drawn.undetermined,
                 };
-                Ok((drawn.uncertainty, told))
+                Ok((drawn.uncertainty, reported))
             }
         }
     }
@@ -102,8 +103,8 @@ impl Solved {
             Err(EstimateError::Statistics(StatisticsError::NotConvex)) => return Ok((uncertainty, by_noise)),
             jackknife => jackknife?,
         };
-        let told = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
-        Ok((uncertainty.larger_of(left_out), told))
+        let reported = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
+        Ok((uncertainty.larger_of(left_out), reported))
     }
 
     /// Degrees of freedom that are left to tell the noise, where it is to be found from them and they are too few for that.
@@ -127,28 +128,28 @@ impl Solved {
         let BlocksOfPoses { blocks, correlation, too_short_for } = self.blocks(session, choice)?;
         let Jackknife { uncertainty, alone } = Uncertainty::jackknife(&self.solution(), &blocks)?;
         let lengths = || blocks.iter().map(|block| block.len());
-        let told = JackknifeResult {
+        let reported = JackknifeResult {
             blocks: blocks.count(),
             block_poses: [lengths().min().unwrap_or(0), lengths().max().unwrap_or(0)],
             correlation,
             too_short_for,
             told_by_one_block: self.told_by_one_block(session, &alone),
         };
-        Ok((uncertainty, told))
+        Ok((uncertainty, reported))
     }
 
     /// What was asked for of which single blocks tell more than [`ALONE_SHARE`] of its variance.
-    fn told_by_one_block(&self, session: &Session, alone: &[ToldByOneBlock]) -> Vec<String> {
+    fn told_by_one_block(&self, session: &Session, alone: &[DeterminedByOneBlock]) -> Vec<String> {
         let noise = self.analysis.covariance();
         let share = |column: usize| {
-            let along: f64 = alone.iter().map(|told| told.step[column].powi(2)).sum();
+            let along: f64 = alone.iter().map(|reported| reported.step[column].powi(2)).sum();
             along > ALONE_SHARE * noise.at(column, column)
         };
-        let told = |block: BlockId| self.built.problem.columns_of(block).any(share);
+        let reported = |block: BlockId| self.built.problem.columns_of(block).any(share);
         let variables = &self.built.variables;
         let asked = session.parameters().into_iter().filter(|id| session.asks(&session.parameter_name(*id)));
-        let gravity = (session.asks("gravity") && told(variables.gravity)).then(|| "gravity".to_owned());
-        let parameters = asked.filter(|id| told(variables.block(*id))).map(|id| session.parameter_name(id));
+        let gravity = (session.asks("gravity") && reported(variables.gravity)).then(|| "gravity".to_owned());
+        let parameters = asked.filter(|id| reported(variables.block(*id))).map(|id| session.parameter_name(id));
         gravity.into_iter().chain(parameters).collect()
     }
 }

@@ -33,7 +33,7 @@ pub(crate) struct Situation<'a> {
 
 impl Situation<'_> {
     /// Tells a combination in words.
-    pub fn tell(&self, combination: &Combination) -> Undetermined {
+    pub fn report(&self, combination: &Combination) -> Undetermined {
         let names: Vec<String> =
             combination.parameters.iter().map(|(id, _)| self.session.parameter_name(*id)).collect();
         let mut parameters = names.clone();

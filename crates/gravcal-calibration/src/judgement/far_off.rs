@@ -47,15 +47,15 @@ struct Gain {
 fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
     let all: Vec<Gain> = (0..session.joints.len())
         .filter_map(|joint| {
-            let told = Told::of(session, parameters, joint, SensorParameter::TorqueGain)?;
-            let [one, other] = [0, 1].map(|end| told.interval[end] / told.nominal);
+            let reported = Reported::of(session, parameters, joint, SensorParameter::TorqueGain)?;
+            let [one, other] = [0, 1].map(|end| reported.interval[end] / reported.nominal);
             let far = one.min(other) > FAR || one.max(other) < 1.0 / FAR;
             let together =
                 reads_torque(session, joint) && (one.min(other) > FAR_TOGETHER || one.max(other) < 1.0 / FAR_TOGETHER);
-            let alike = told.value * told.nominal > 0.0;
+            let alike = reported.value * reported.nominal > 0.0;
             Some(Gain {
                 joint,
-                ratio: told.value / told.nominal,
+                ratio: reported.value / reported.nominal,
                 far: far && alike,
                 together: (far || together) && alike,
             })
@@ -106,16 +106,16 @@ fn of_one(session: &Session, gain: &Gain) -> String {
 
 fn offsets(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
     let turns = |joint: &usize| session.robot.chain.joints()[*joint].kind == JointKind::Revolute;
-    let told = |joint: usize| {
-        let told = Told::of(session, parameters, joint, SensorParameter::PositionOffset)?;
+    let reported = |joint: usize| {
+        let reported = Reported::of(session, parameters, joint, SensorParameter::PositionOffset)?;
         // Where zero of a counter lies nobody knows.
-        let known = session.joints[joint].position_unit.si() == PositionUnit::Radian || told.nominal != 0.0;
-        let off =
-            (told.value - told.nominal + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
-        let half = 0.5 * (told.interval[1] - told.interval[0]);
+        let known = session.joints[joint].position_unit.si() == PositionUnit::Radian || reported.nominal != 0.0;
+        let off = (reported.value - reported.nominal + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU)
+            - std::f64::consts::PI;
+        let half = 0.5 * (reported.interval[1] - reported.interval[0]);
         (known && off.abs() - half > FAR_TURNED).then(|| of_offset(session, joint, off))
     };
-    (0..session.joints.len()).filter(turns).filter_map(told).collect()
+    (0..session.joints.len()).filter(turns).filter_map(reported).collect()
 }
 
 fn of_offset(session: &Session, joint: usize, off: f64) -> String {
@@ -142,19 +142,24 @@ fn of_offset(session: &Session, joint: usize, off: f64) -> String {
 }
 
 /// A parameter that was found, in its unit.
-struct Told {
+struct Reported {
     value: f64,
     interval: [f64; 2],
     nominal: f64,
 }
 
-impl Told {
+impl Reported {
     /// Nothing where it has no value, or was fixed.
-    fn of(session: &Session, parameters: &[ParameterResult], joint: usize, quantity: SensorParameter) -> Option<Told> {
+    fn of(
+        session: &Session,
+        parameters: &[ParameterResult],
+        joint: usize,
+        quantity: SensorParameter,
+    ) -> Option<Reported> {
         let name = session.parameter_name(ParameterId::Sensor(joint, quantity));
-        let told = parameters.iter().find(|parameter| parameter.name == name && parameter.held.is_none())?;
-        let (value, interval) = (told.value?, told.ci95?);
-        Some(Told { value, interval, nominal: told.nominal })
+        let reported = parameters.iter().find(|parameter| parameter.name == name && parameter.held.is_none())?;
+        let (value, interval) = (reported.value?, reported.ci95?);
+        Some(Reported { value, interval, nominal: reported.nominal })
     }
 }
 
@@ -233,11 +238,11 @@ mod tests {
     fn an_offset_far_from_nominal_is_named_and_one_of_a_counter_is_not() {
         let mut session = right();
         session.joints[1].parameters[3].nominal -= 1.0;
-        let (verdict, told) = doubts(&session);
+        let (verdict, reported) = doubts(&session);
         assert_eq!(verdict, Verdict::PartlyDetermined);
         assert!(
-            told.len() == 1 && told[0].starts_with("joint2.position_offset is 57° from its nominal value"),
-            "{told:?}"
+            reported.len() == 1 && reported[0].starts_with("joint2.position_offset is 57° from its nominal value"),
+            "{reported:?}"
         );
         session.joints[1].position_unit = gravcal_recording::PositionUnit::Count;
         session.joints[1].parameters[3].nominal = 0.0;

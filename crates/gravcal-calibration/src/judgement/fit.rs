@@ -30,7 +30,7 @@ impl JointResiduals {
     }
 
     /// `unexplained`: by channel; may be empty.
-    fn tell(&self, session: &Session, unexplained: &[Option<UnexplainedResult>]) -> Vec<JointFit> {
+    fn report(&self, session: &Session, unexplained: &[Option<UnexplainedResult>]) -> Vec<JointFit> {
         let estimated = session.noise_estimated();
         self.by_channel
             .iter()
@@ -76,7 +76,7 @@ pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Resul
         p_value,
         median_ratio,
         joints: JointResiduals::new(session, &solved.readings, &solved.built.rows, whitened)
-            .tell(session, &unexplained),
+            .report(session, &unexplained),
         held_out: None,
         held_out_missing: None,
         smaller_models: Vec::new(),
@@ -96,11 +96,11 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
     let weights = problem.weights(values)?;
     let parts = torque_parts(session, solved)?;
     let rows = solved.built.rows.iter().zip(whitened).zip(nominal.iter().zip(weights).zip(parts));
-    let told = rows.map(|((id, whitened), ((nominal, weight), torque))| {
+    let reported = rows.map(|((id, whitened), ((nominal, weight), torque))| {
         let std = solved.readings.std(session, id.pose, id.channel);
         ReadingResidual { id: *id, residual: std * whitened, nominal_residual: std * nominal, std, weight, torque }
     });
-    Ok(told.collect())
+    Ok(reported.collect())
 }
 
 /// Tells how well poses were predicted that a fit did not see; `whitened` are the residuals of exactly `rows`.
@@ -113,6 +113,6 @@ pub(crate) fn held_out(session: &Session, readings: &MeasurementSet, rows: &[Rea
         files: Vec::new(),
         chi_squared: whitened[..rows.len()].iter().map(|r| r * r).sum(),
         readings: rows.len(),
-        joints: JointResiduals::new(session, readings, rows, whitened).tell(session, &[]),
+        joints: JointResiduals::new(session, readings, rows, whitened).report(session, &[]),
     }
 }

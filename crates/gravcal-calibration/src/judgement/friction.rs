@@ -24,13 +24,13 @@ pub(crate) fn driving_friction_notes(session: &Session, parameters: &[ParameterR
     coefficients
         .filter_map(|(joint, place)| {
             let name = session.parameter_name(ParameterId::Further(place));
-            let told = parameters.iter().find(|told| told.name == name && told.held.is_none())?;
-            let (value, std) = (told.value?, told.std?);
+            let reported = parameters.iter().find(|reported| reported.name == name && reported.held.is_none())?;
+            let (value, std) = (reported.value?, reported.std?);
             let sign = [SensorParameter::TorqueGain, SensorParameter::PositionGain]
                 .map(|gain| session.joints[joint].of(gain).nominal);
             let along = value * sign.map(f64::signum).iter().product::<f64>();
             (along < -SIGNIFICANT * std).then(|| {
-                let unit = &told.unit;
+                let unit = &reported.unit;
                 format!("{name} came out as {value:.4} ± {std:.4} {unit}, a friction that drives the joint: {CHECK}.")
             })
         })
@@ -45,7 +45,7 @@ mod tests {
     use crate::testing::sensor_models::{estimate, shoulder, with_model};
 
     /// What is told of a friction that is truly this; the sensors of the second joint turned by these signs.
-    fn told(model: &str, truth: f64, [torque, position]: [f64; 2]) -> Vec<String> {
+    fn reported(model: &str, truth: f64, [torque, position]: [f64; 2]) -> Vec<String> {
         let mut simulation = shoulder();
         let prior = &mut simulation.template.joints[1];
         prior.parameters[0].nominal *= torque;
@@ -58,25 +58,25 @@ mod tests {
     }
 
     #[test]
-    fn friction_that_drives_is_told_and_friction_that_brakes_is_not() {
+    fn friction_that_drives_is_reported_and_friction_that_brakes_is_not() {
         for (model, size, name) in [
             ("coulomb-friction", 3.0, "joint2.coulomb_friction came out as -"),
             ("viscous-friction", 120.0, "joint2.viscous_friction came out as -"),
         ] {
-            let driving = told(model, -size, [1.0, 1.0]);
+            let driving = reported(model, -size, [1.0, 1.0]);
             assert!(driving.len() == 1 && driving[0].starts_with(name), "{driving:?}");
-            assert_eq!(told(model, size, [1.0, 1.0]), Vec::<String>::new());
+            assert_eq!(reported(model, size, [1.0, 1.0]), Vec::<String>::new());
         }
-        assert_eq!(told("coulomb-friction", 0.0, [1.0, 1.0]), Vec::<String>::new(), "within its noise");
+        assert_eq!(reported("coulomb-friction", 0.0, [1.0, 1.0]), Vec::<String>::new(), "within its noise");
     }
 
     #[test]
     fn a_reversed_sensor_turns_the_sign_of_its_friction() {
         assert_eq!(sarcos_shoulder().template.joints[1].parameters[2].nominal, 1.0);
         for signs in [[-1.0, 1.0], [1.0, -1.0]] {
-            assert_eq!(told("coulomb-friction", -3.0, signs), Vec::<String>::new(), "{signs:?}");
-            assert_eq!(told("coulomb-friction", 3.0, signs).len(), 1, "{signs:?}");
+            assert_eq!(reported("coulomb-friction", -3.0, signs), Vec::<String>::new(), "{signs:?}");
+            assert_eq!(reported("coulomb-friction", 3.0, signs).len(), 1, "{signs:?}");
         }
-        assert_eq!(told("coulomb-friction", 3.0, [-1.0, -1.0]), Vec::<String>::new());
+        assert_eq!(reported("coulomb-friction", 3.0, [-1.0, -1.0]), Vec::<String>::new());
     }
 }

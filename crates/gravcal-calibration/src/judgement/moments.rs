@@ -23,7 +23,7 @@ const OF_STANDING: f64 = 1e-3;
 
 /// A combination, and how it depends on the problem's columns.
 pub(crate) struct DeterminedMoment {
-    pub told: MomentResult,
+    pub reported: MomentResult,
     pub function: LinearFunction,
 }
 
@@ -104,12 +104,12 @@ fn combinations(
         .map(|coefficients| {
             let used = || coordinates.iter().zip(&coefficients).filter(|(_, c)| **c != 0.0);
             let by_column: Vec<(usize, f64)> = used().map(|((column, _, _), c)| (*column, *c)).collect();
-            let told = MomentResult {
+            let reported = MomentResult {
                 terms: used().map(|((_, id, i), c)| (problem.block(*id).component_name(*i), *c)).collect(),
                 value: used().map(|((_, id, i), c)| c * values.get(*id)[*i]).sum(),
                 std: covariance.std_of(&by_column),
             };
-            DeterminedMoment { told, function: by_column }
+            DeterminedMoment { reported, function: by_column }
         })
         .collect()
 }
@@ -127,12 +127,12 @@ fn determined_vector(
         return Vec::new();
     }
     let component = |(i, function): (usize, LinearFunction)| {
-        let told = MomentResult {
+        let reported = MomentResult {
             terms: vec![(problem.block(id).component_name(i), 1.0)],
             value: values.get(id)[i],
             std: covariance.std_of(&function),
         };
-        DeterminedMoment { told, function }
+        DeterminedMoment { reported, function }
     };
     stored_coordinates(problem, values, &[id]).into_iter().enumerate().map(component).collect()
 }

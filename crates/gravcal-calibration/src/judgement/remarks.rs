@@ -14,12 +14,12 @@ pub(crate) fn loss(loss: Loss) -> Option<LossResult> {
 pub(crate) fn held(solved: &Solved) -> Vec<FixedBlock> {
     let problem = &solved.built.problem;
     let values = &solved.estimate.values;
-    let tell = |(id, why): (_, &str)| FixedBlock {
+    let report = |(id, why): (_, &str)| FixedBlock {
         name: problem.block(id).name.clone(),
         value: values.get(id).to_vec(),
         why: why.to_owned(),
     };
-    fixed_blocks(problem).map(tell).collect()
+    fixed_blocks(problem).map(report).collect()
 }
 
 /// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.
@@ -31,12 +31,12 @@ pub(crate) fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
     let weak = solved.analysis.weak_directions(&columns);
     let steps: Vec<Vec<f64>> = weak.iter().map(|direction| direction.step.clone()).collect();
     let named = named_combinations(problem, &solved.estimate.values, &columns, &steps);
-    let tell = |(combination, times_worse): (NamedCombination, f64)| WeakCombination {
+    let report = |(combination, times_worse): (NamedCombination, f64)| WeakCombination {
         combination: combination.to_string(),
         terms: combination.terms.into_iter().map(|term| (term.name, term.unit, term.coefficient)).collect(),
         times_worse,
     };
-    named.into_iter().zip(weak.iter().map(|direction| direction.times_worse)).map(tell).collect()
+    named.into_iter().zip(weak.iter().map(|direction| direction.times_worse)).map(report).collect()
 }
 
 /// Beyond this factor the figure tells of rounding, not of the data.
@@ -56,13 +56,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_factor_without_meaning_is_not_told() {
-        let told = |times_worse: f64| {
+    fn a_factor_without_meaning_is_not_reported() {
+        let reported = |times_worse: f64| {
             weak_note(&WeakCombination { combination: "1.00 a.torque_gain".into(), terms: Vec::new(), times_worse })
         };
-        assert!(told(1234.4).starts_with("Known 1234 times worse than the rest, "));
+        assert!(reported(1234.4).starts_with("Known 1234 times worse than the rest, "));
         for absurd in [6e13, f64::INFINITY] {
-            assert!(told(absurd).starts_with("Known more than a million times worse than the rest, "));
+            assert!(reported(absurd).starts_with("Known more than a million times worse than the rest, "));
         }
     }
 }

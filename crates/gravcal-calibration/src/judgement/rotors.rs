@@ -10,9 +10,9 @@ use crate::result::ParameterResult;
 pub(crate) fn negative_rotor_notes(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
     let negative = session.rotors.iter().flatten().filter_map(|place| {
         let name = session.parameter_name(ParameterId::Further(*place));
-        let told = parameters.iter().find(|told| told.name == name && told.held.is_none())?;
-        let (value, std) = (told.value?, told.std?);
-        (value < -SIGNIFICANT * std).then(|| format!("{name} ({value:.4} ± {std:.4} {})", told.unit))
+        let reported = parameters.iter().find(|reported| reported.name == name && reported.held.is_none())?;
+        let (value, std) = (reported.value?, reported.std?);
+        (value < -SIGNIFICANT * std).then(|| format!("{name} ({value:.4} ± {std:.4} {})", reported.unit))
     });
     let negative: Vec<String> = negative.collect();
     if negative.is_empty() {

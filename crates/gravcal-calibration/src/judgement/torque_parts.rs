@@ -22,8 +22,8 @@ pub(crate) fn torque_parts(session: &Session, solved: &Solved) -> Result<Vec<Opt
         let Some(read) = rows.get(own.clone()) else { break };
         if read.iter().any(|id| session.poses[id.pose].course.is_some()) {
             let derivatives = Derivatives::of(factor, &solved.estimate.values)?;
-            for (row, (ReadingId { channel, .. }, told)) in read.iter().zip(&mut parts[own]).enumerate() {
-                *told = (*channel < session.joints.len()).then(|| of_joint(solved, &derivatives, row, *channel));
+            for (row, (ReadingId { channel, .. }, reported)) in read.iter().zip(&mut parts[own]).enumerate() {
+                *reported = (*channel < session.joints.len()).then(|| of_joint(solved, &derivatives, row, *channel));
             }
         }
     }
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_part_is_told_that_rests_on_what_is_open() {
+    fn no_part_is_reported_that_rests_on_what_is_open() {
         let parts = TorqueParts { gravity: 3.0, inertia: 2.0, bias: 1.0 };
         let row = |channel: usize| ReadingResidual {
             id: ReadingId { pose: 0, channel },
@@ -97,11 +97,11 @@ mod tests {
             weight: 1.0,
             torque: Some(parts),
         };
-        let told = |gravity: bool| {
+        let reported = |gravity: bool| {
             let mut rows = [row(0), row(1)];
             keep_determined(&mut rows, gravity, |joint| joint == 1);
             rows.map(|row| row.torque.is_some())
         };
-        assert_eq!((told(true), told(false)), ([false, true], [false, false]));
+        assert_eq!((reported(true), reported(false)), ([false, true], [false, false]));
     }
 }

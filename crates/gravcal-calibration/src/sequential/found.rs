@@ -26,7 +26,7 @@ impl Missing {
     }
 
     /// The same as an entry of a result.
-    pub(super) fn tell(&self, parameters: Vec<String>) -> Undetermined {
+    pub(super) fn report(&self, parameters: Vec<String>) -> Undetermined {
         Undetermined { combination: parameters.join(", "), parameters, why: self.why.clone(), cure: self.cure.clone() }
     }
 }

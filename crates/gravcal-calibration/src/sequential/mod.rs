@@ -17,14 +17,14 @@ mod fitting;
 mod found;
 mod gain;
 mod gravity;
+mod report;
 mod steps;
-mod tell;
 mod values;
 
 pub use crate::plan::{LoadPair, Plan};
 pub use found::{Found, Frozen, Missing};
+pub use report::{report_steps, report_steps_briefly};
 pub use steps::{Handed, run_steps, run_steps_handed};
-pub use tell::{tell_steps, tell_steps_briefly};
 pub use values::{Gravity, SensorValues, SequentialValues};
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ pub fn run_steps_handed(
         return SequentialValues::without_steps(session, plan, readings);
     }
 
-    environment.tell("step 1: torque biases and position gains");
+    environment.report("step 1: torque biases and position gains");
     let mut errors = CarriedErrors::none(session.joints.len());
     let mut biases = Vec::new();
     for joint in joints.clone() {
@@ -58,7 +58,7 @@ pub fn run_steps_handed(
         known.take_step_1(values);
     }
 
-    environment.tell("step 2: gravity");
+    environment.report("step 2: gravity");
     let mut errors = known.errors.clone();
     known.gravity = find_gravity(session, plan, &known, &mut errors, environment);
     known.iterations += known.gravity.as_ref().map_or(0, |g| g.iterations);
@@ -68,7 +68,7 @@ pub fn run_steps_handed(
     }
     known.errors = errors;
 
-    environment.tell("step 3: torque gains and position offsets");
+    environment.report("step 3: torque gains and position offsets");
     for joint in joints {
         let mut errors = known.errors.clone();
         let Gain { torque_gain, position_offset, iterations } =

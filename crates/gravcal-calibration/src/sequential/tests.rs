@@ -196,7 +196,7 @@ fn a_step_that_its_readings_rule_out_tells_no_number() {
             pose.torque[joint].as_mut().unwrap().value += error(index);
         }
     };
-    let told = |change: &dyn Fn(&mut Session)| {
+    let reported = |change: &dyn Fn(&mut Session)| {
         let mut session = sarcos_shoulder().session(3);
         change(&mut session);
         let known = steps(&session);
@@ -204,19 +204,19 @@ fn a_step_that_its_readings_rule_out_tells_no_number() {
         let gravity = known.gravity.as_ref().err().map(|missing| missing.why.clone()).unwrap_or_default();
         (why(&known.sensors[1].torque_bias), gravity, why(&known.sensors[1].torque_gain))
     };
-    let (bias, gravity, gain) = told(&|_| ());
+    let (bias, gravity, gain) = reported(&|_| ());
     assert!([bias, gravity, gain].iter().all(String::is_empty));
     // A kink in a sweep is no sinusoid.
-    let (bias, gravity, _) = told(&|session| add(session, 1, 1, |index| if index < 12 { 12.0 } else { 0.0 }));
+    let (bias, gravity, _) = reported(&|session| add(session, 1, 1, |index| if index < 12 { 12.0 } else { 0.0 }));
     assert!(
         bias.contains("contradict") && bias.contains("p < 0.001") && gravity.contains("step 1"),
         "{bias} {gravity}"
     );
     // Another bias at one position of joint 1.
-    let (bias, gravity, _) = told(&|session| add(session, 4, 1, |_| 40.0));
+    let (bias, gravity, _) = reported(&|session| add(session, 4, 1, |_| 40.0));
     assert!(bias.is_empty() && gravity.contains("contradict"), "{bias} {gravity}");
     // The bias has moved before the last load was put on: no displacement of the known length does that at both positions.
-    let (bias, _, gain) = told(&|session| add(session, 10, 1, |_| 40.0));
+    let (bias, _, gain) = reported(&|session| add(session, 10, 1, |_| 40.0));
     assert!(bias.is_empty() && gain.contains("contradict"), "{bias} {gain}");
 }
 

@@ -64,17 +64,18 @@ pub fn estimate_by(solver: &dyn Solver, session: &Session) -> EstimatorResult {
 
 /// By determined parameter, how many standard deviations its value is off the truth.
 pub fn errors(session: &Session, simulation: &Simulation, result: &EstimatorResult) -> Vec<(String, f64)> {
-    let told = session.parameters().into_iter().zip(&result.parameters);
-    told.filter_map(|(id, told)| {
-        let std = told.std.filter(|std| *std > 0.0)?;
-        Some((told.name.clone(), (told.value? - simulation.truth.value(id)) / std))
-    })
-    .collect()
+    let reported = session.parameters().into_iter().zip(&result.parameters);
+    reported
+        .filter_map(|(id, reported)| {
+            let std = reported.std.filter(|std| *std > 0.0)?;
+            Some((reported.name.clone(), (reported.value? - simulation.truth.value(id)) / std))
+        })
+        .collect()
 }
 
 /// Shows what a model is for: readings with it, taken for affine, are explained badly or give values many standard
 /// deviations off; the model itself explains them, and finds the truth.
-pub fn assert_told_apart(simulation: &Simulation) {
+pub fn assert_distinguished(simulation: &Simulation) {
     let session = simulation.session(0);
     let affine = taken_as_affine(&session);
     let wrong = estimate(&affine);
@@ -96,6 +97,10 @@ pub fn assert_told_apart(simulation: &Simulation) {
 
 /// Names of what a session cannot determine.
 pub fn undetermined(session: &Session) -> Vec<String> {
-    let told = estimate(session).parameters;
-    told.into_iter().filter(|told| !told.determined && told.asked).map(|told| told.name).collect()
+    let reported = estimate(session).parameters;
+    reported
+        .into_iter()
+        .filter(|reported| !reported.determined && reported.asked)
+        .map(|reported| reported.name)
+        .collect()
 }

@@ -74,7 +74,7 @@ fn errors(simulation: &Simulation, result: &EstimatorResult) -> [f64; 2] {
 }
 
 #[test]
-fn what_bends_a_joint_is_told_from_its_position_gain() {
+fn what_bends_a_joint_is_distinguished_from_its_position_gain() {
     let (mut squares, mut named) = (Vec::new(), 0);
     for trial in 0..8 {
         let folder = tempfile::tempdir().unwrap();

@@ -130,10 +130,10 @@ fn held(simulation: &Simulation, session: &Session, result: &EstimatorResult) ->
         counts[0] += usize::from((low..=high).contains(&truth));
         counts[1] += 1;
     };
-    for (id, told) in session.parameters().into_iter().zip(&result.parameters) {
-        let ParameterId::Sensor(joint, quantity) = id else { panic!("{} is no sensor's", told.name) };
-        if told.held.is_none() {
-            count(told.ci95.unwrap(), simulation.truth.sensors[joint][quantity as usize]);
+    for (id, reported) in session.parameters().into_iter().zip(&result.parameters) {
+        let ParameterId::Sensor(joint, quantity) = id else { panic!("{} is no sensor's", reported.name) };
+        if reported.held.is_none() {
+            count(reported.ci95.unwrap(), simulation.truth.sensors[joint][quantity as usize]);
         }
     }
     counts

@@ -83,16 +83,16 @@ fn the_order_of_the_poses_matters_to_second_order_only() {
 }
 
 #[test]
-fn what_the_readings_leave_open_is_told_as_by_the_joint_estimates() {
+fn what_the_readings_leave_open_is_reported_as_by_the_joint_estimates() {
     let mut session = sarcos_shoulder().session(0);
     session.poses.retain(|pose| pose.load.is_none());
     for pair in PAIRS {
-        let told = results(&session, pair).map(|result| {
+        let reported = results(&session, pair).map(|result| {
             let combinations: Vec<String> = result.undetermined.iter().map(|u| u.combination.clone()).collect();
             (result.verdict, combinations, result.gravity.is_some())
         });
-        assert_eq!(told[0], told[1], "{}", pair[0]);
-        assert!(told[0].1.len() > 1, "{told:?}");
+        assert_eq!(reported[0], reported[1], "{}", pair[0]);
+        assert!(reported[0].1.len() > 1, "{reported:?}");
     }
 }
 
@@ -130,9 +130,11 @@ fn what_needs_all_readings_at_once_is_refused_by_name() {
         assert_eq!(check_choice(&changed, &[Joint], &solver), Ok(()), "{named}");
         for estimator in [SequentialWithCovariance, Recursive] {
             let error = check_choice(&changed, &[Joint, estimator], &solver).unwrap_err();
-            assert!(matches!(error, UnsuitableChoice::NotByGroups { estimator: told, .. } if told == estimator));
-            let told = error.to_string();
-            assert!(told.starts_with(&format!("`{estimator}`")) && told.contains(named), "{told}");
+            assert!(
+                matches!(error, UnsuitableChoice::NotByGroups { estimator: reported, .. } if reported == estimator)
+            );
+            let reported = error.to_string();
+            assert!(reported.starts_with(&format!("`{estimator}`")) && reported.contains(named), "{reported}");
         }
     };
     refused(|session| session.loss = LossName::Huber.efficient(), "[loss]");

@@ -137,7 +137,7 @@ fn bodies_are_found_that_move_as_the_true_ones_though_the_file_states_others() {
 }
 
 #[test]
-fn what_is_told_of_sensors_does_not_depend_on_it() {
+fn what_is_reported_of_sensors_does_not_depend_on_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = recorded(folder.path(), [1.4, 0.8, 1.3]);
     let [with, without] = ["[constraints]\ninertia = \"physical\"\n", ""].map(|more| estimate(&session(&path, more)));
@@ -156,8 +156,8 @@ fn a_file_without_tensors_is_refused_with_what_to_do() {
     fs::write(folder.path().join("arm.urdf"), bare).unwrap();
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, format!("{text}\n[constraints]\ninertia = \"physical\"\n")).unwrap();
-    let told = read_session(&path).unwrap_err().to_string();
+    let reported = read_session(&path).unwrap_err().to_string();
     for expected in ["constraints.inertia", "a mass for b", "an inertia tensor for a, c", "<inertial>"] {
-        assert!(told.contains(expected), "{expected}: {told}");
+        assert!(reported.contains(expected), "{expected}: {reported}");
     }
 }

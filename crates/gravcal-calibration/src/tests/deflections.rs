@@ -84,7 +84,7 @@ fn a_prior_of_two_milliradians_suffices() {
 
 /// Compliances are known to about 1e-4 rad/(N·m) without a prior, and cost little.
 #[test]
-fn compliance_is_told_by_the_readings() {
+fn compliance_is_determined_by_the_readings() {
     let mut simulation = sarcos_shoulder();
     let mut session = simulation.session(0);
     let signals = [Signals::PaperSteps, Signals::All];
@@ -163,19 +163,19 @@ fn compliance_is_found_or_said_not_to_be() {
     let result = estimate(&session);
     assert_eq!(result.verdict, Verdict::Determined);
     assert!(worst(&result, &simulation.truth) < 4.0);
-    let told = |result: &EstimatorResult| -> Vec<ParameterResult> {
+    let reported = |result: &EstimatorResult| -> Vec<ParameterResult> {
         result.parameters.iter().filter(|p| p.name.ends_with("compliance")).cloned().collect()
     };
-    for (told, truth) in told(&result).iter().zip(truth) {
-        assert!(!told.asked && told.unit == "rad/(N·m)");
-        assert!((told.value.unwrap() - truth).abs() < 4.0 * told.std.unwrap(), "{told:?}");
+    for (reported, truth) in reported(&result).iter().zip(truth) {
+        assert!(!reported.asked && reported.unit == "rad/(N·m)");
+        assert!((reported.value.unwrap() - truth).abs() < 4.0 * reported.std.unwrap(), "{reported:?}");
     }
     // A prior that says as much as the readings.
     let mut session = sarcos_shoulder().session(2);
     session.let_joints_give_way(&[1e-5, 1e-5, 0.0]);
     let result = estimate(&session);
     assert_eq!(result.verdict, Verdict::Determined, "compliance is not asked for");
-    let compliances = told(&result);
+    let compliances = reported(&result);
     assert!(compliances[..2].iter().all(|p| p.value.is_none()) && compliances[2].held.is_some());
     assert!(result.undetermined.iter().any(|u| u.combination == "joint1.compliance"), "{:?}", result.undetermined);
 }

@@ -85,21 +85,21 @@ fn the_joint_problem_has_the_sum_of_their_informations() {
 
 /// Its first moment by its mass, with the standard deviation of that.
 #[test]
-fn the_centre_of_mass_of_the_tool_is_told() {
+fn the_centre_of_mass_of_the_tool_is_reported() {
     let simulation = sarcos_with_instruments();
     let session = simulation.session(0);
     let result = with_environment(|environment| estimate_jointly(&session, Signals::All, None, environment)).unwrap();
-    let told =
+    let reported =
         result.notes.iter().find_map(|note| note.strip_prefix("What hangs beyond wrist has its centre of mass at "));
-    let told = told.unwrap_or_else(|| panic!("{:?}", result.notes));
+    let reported = reported.unwrap_or_else(|| panic!("{:?}", result.notes));
     let wrist = session.instruments.iter().find(|instrument| instrument.name == "wrist").unwrap();
     let [mass, moment @ ..] = &simulation.truth.further[wrist.own_parameters()] else { panic!() };
-    let numbers: Vec<f64> = told.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
-    assert_eq!((numbers.len(), moment.len()), (6, 3), "{told}");
-    for (told, moment) in numbers.chunks(2).zip(moment) {
+    let numbers: Vec<f64> = reported.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
+    assert_eq!((numbers.len(), moment.len()), (6, 3), "{reported}");
+    for (reported, moment) in numbers.chunks(2).zip(moment) {
         assert!(
-            (told[0] - moment / mass).abs() < 4.5 * told[1] && told[1] > 0.0 && told[1] < 0.01,
-            "{told:?} {moment}"
+            (reported[0] - moment / mass).abs() < 4.5 * reported[1] && reported[1] > 0.0 && reported[1] < 0.01,
+            "{reported:?} {moment}"
         );
     }
 }

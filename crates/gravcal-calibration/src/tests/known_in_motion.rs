@@ -202,10 +202,11 @@ impl Arm {
         let share = |own: usize| -> f64 {
             (0..sizes.len()).filter(|i| sizes[*i] < ZERO * largest).map(|i| directions[(i, own)].powi(2)).sum()
         };
-        let told = |name: &str| {
+        let reported = |name: &str| {
             name.contains("_gain") || name.contains("_offset") || name.contains("rotor") || name == "gravity"
         };
-        let open = unknown.iter().enumerate().filter(|(own, place)| told(&self.names[**place]) && share(*own) > SHARED);
+        let open =
+            unknown.iter().enumerate().filter(|(own, place)| reported(&self.names[**place]) && share(*own) > SHARED);
         sorted(open.map(|(_, place)| self.names[*place].clone()).collect())
     }
 
@@ -302,8 +303,8 @@ impl Arm {
         assert_eq!(State::nominal(&session).tensors.len(), self.chain.link_count() + session.loads.len());
         let result =
             with_environment(|environment| estimate_jointly(&session, Signals::All, None, environment)).unwrap();
-        let told = |name: &str| !name.contains("bias") && !name.contains("friction");
-        let open = result.parameters.iter().filter(|parameter| parameter.value.is_none() && told(&parameter.name));
+        let reported = |name: &str| !name.contains("bias") && !name.contains("friction");
+        let open = result.parameters.iter().filter(|parameter| parameter.value.is_none() && reported(&parameter.name));
         let gravity = result.gravity.is_none().then(|| "gravity".to_owned());
         sorted(open.map(|parameter| parameter.name.clone()).chain(gravity).collect())
     }

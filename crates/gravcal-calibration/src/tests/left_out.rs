@@ -50,8 +50,8 @@ fn stds(result: &EstimatorResult) -> Vec<f64> {
 fn it_is_nearly_what_solving_again_gives() {
     let session = with_shared_errors(0);
     let result = estimate(&jackknifed(session.clone(), PoseBlocks::Poses(12)));
-    let Some(UncertaintyResult::Jackknife(told)) = &result.uncertainty else { panic!("{:?}", result.uncertainty) };
-    assert_eq!((told.blocks, told.block_poses, told.correlation), (33, [12, 13], None));
+    let Some(UncertaintyResult::Jackknife(reported)) = &result.uncertainty else { panic!("{:?}", result.uncertainty) };
+    assert_eq!((reported.blocks, reported.block_poses, reported.correlation), (33, [12, 13], None));
     let all = briefly(&session);
     let mut squares = vec![0.0; all.parameters.len()];
     for table in 0..session.tables.len() {
@@ -78,7 +78,7 @@ fn it_is_nearly_what_solving_again_gives() {
 
 /// Mean square of the errors in their own standard deviations, which is 1 where these are right. No block is stated: the length is found.
 #[test]
-fn errors_that_poses_share_are_found_and_told_whether_asked_for_or_not() {
+fn errors_that_poses_share_are_found_and_reported_whether_asked_for_or_not() {
     const TRIALS: u64 = 30;
     let truth = sarcos_shoulder().truth;
     let mean_square = |choice: UncertaintyChoice| {
@@ -121,7 +121,7 @@ fn assert_like_noise(session: &Session, blocks: PoseBlocks, [low, high]: [f64; 2
 }
 
 #[test]
-fn noise_alone_is_told_by_leaving_out_poses_too() {
+fn noise_alone_is_reported_by_leaving_out_poses_too() {
     let session = sarcos_shoulder().session(3);
     for blocks in [PoseBlocks::Found, PoseBlocks::Poses(1), PoseBlocks::Poses(4), PoseBlocks::Pairs] {
         assert_like_noise(&session, blocks, [0.6, 1.6]);
@@ -165,15 +165,15 @@ fn what_one_block_of_poses_tells_is_named_and_no_verdict_leans_on_it() {
         pose.conditions.time = Some(time);
     }
     let gains = ["joint1.torque_gain", "joint2.torque_gain", "joint3.torque_gain"];
-    let told = |blocks| {
+    let reported = |blocks| {
         let result = estimate(&jackknifed(session.clone(), blocks));
-        let told = result.uncertainty.as_ref().unwrap().jackknife().unwrap().told_by_one_block.clone();
+        let reported = result.uncertainty.as_ref().unwrap().jackknife().unwrap().told_by_one_block.clone();
         assert!(result.parameter(gains[1]).unwrap().std.unwrap().is_finite());
-        (told, result.verdict, result.notes)
+        (reported, result.verdict, result.notes)
     };
-    let (by_few, verdict, _) = told(PoseBlocks::Poses(3));
+    let (by_few, verdict, _) = reported(PoseBlocks::Poses(3));
     assert_eq!((by_few, verdict), (vec![], Verdict::Determined));
-    let (by_one, verdict, notes) = told(PoseBlocks::Seconds(10.0));
+    let (by_one, verdict, notes) = reported(PoseBlocks::Seconds(10.0));
     assert_eq!((by_one, verdict), (gains.map(str::to_owned).to_vec(), Verdict::PartlyDetermined));
     assert!(
         notes.iter().any(|note| note.starts_with("One block of poses alone tells a part of joint1.torque_gain, ")),

@@ -273,18 +273,18 @@ fn predictions_are_made_of_gravity_inertia_and_friction() {
     let session = session(folder.path(), 1, SESSION);
     let (result, chain) = (estimated(&session), &session.robot.chain);
     let mut largest = [[0.0_f64; 2]; 3];
-    for told in &result.fit.as_ref().unwrap().residuals {
-        let (pose, joint) = (&session.poses[told.id.pose], told.id.channel);
+    for reported in &result.fit.as_ref().unwrap().residuals {
+        let (pose, joint) = (&session.poses[reported.id.pose], reported.id.channel);
         let [gain, bias, position_gain, _, coulomb, viscous] = TRUTH[joint];
-        let parts = told.torque.unwrap();
+        let parts = reported.torque.unwrap();
         // Gravity by the true arm where the window stands in the mean: half a per cent is the curvature within it.
         let coordinates: Vec<f64> = (0..3).map(|j| TRUTH[j][2] * pose.position[j] + TRUTH[j][3]).collect();
         let moments: Vec<f64> =
             bodies(chain, pose.load.is_some()).chunks(10).flat_map(|body| body[..4].to_vec()).collect();
         let mut torque = vec![0.0; 3];
         chain.gravity_torque(&coordinates, GRAVITY, &moments, &mut torque);
-        let reading = session.reading(told.id.pose, joint).unwrap().value;
-        let friction = reading + told.residual - parts.gravity - parts.inertia - parts.bias;
+        let reading = session.reading(reported.id.pose, joint).unwrap().value;
+        let friction = reading + reported.residual - parts.gravity - parts.inertia - parts.bias;
         let (speed, direction) = (pose.conditions.velocity[joint], pose.conditions.direction[joint]);
         let expected = coulomb * direction + viscous * speed;
         assert!((parts.bias - bias).abs() < 0.05, "{} {bias} {position_gain}", parts.bias);
@@ -346,18 +346,18 @@ fn slow_sweeps_beside_windows_are_refused_as_they_would_count_twice() {
 
 /// Torques that are recorded 50 ms late: told with the size and what to say; said, the truth is found.
 #[test]
-fn torques_that_come_late_are_told_and_allowed_for_where_that_is_said() {
+fn torques_that_come_late_are_reported_and_allowed_for_where_that_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let late = Recording { seed: 1, lag: 0.05, ..Recording::default() };
     let result = estimated(&recorded(folder.path(), late, SESSION));
     let lags = result.residual_tests.iter().filter(|test| test.named && test.kind == ResidualTestKind::TorqueLag);
     let lags: Vec<f64> = lags.map(|test| test.size).collect();
     assert!(!lags.is_empty() && lags.iter().all(|lag| (0.03..0.07).contains(lag)), "{lags:?} {:?}", result.notes);
-    let told = result
+    let reported = result
         .notes
         .iter()
         .any(|remark| remark.contains("s later than the positions") && remark.contains("torque_lag_s = 0.0"));
-    assert!(told, "{:?}", result.notes);
+    assert!(reported, "{:?}", result.notes);
     let said = SESSION.replace("motion = {}", "motion = { torque_lag_s = 0.05 }");
     let result = estimated(&recorded(folder.path(), late, &said));
     assert!(result.residual_tests.iter().all(|test| !test.named || test.kind != ResidualTestKind::TorqueLag));
@@ -424,9 +424,9 @@ fn rotor_inertias_are_found_or_named() {
     let result = estimated(&recorded(folder.path(), recording, SESSION));
     let named = |test: &&ResidualTest| test.named && test.kind == ResidualTestKind::Acceleration;
     assert!(result.residual_tests.iter().any(|test| named(&test) && test.size > 0.0), "{:?}", result.residual_tests);
-    let told =
+    let reported =
         result.notes.iter().any(|note| note.contains("say rotor_inertia = \"unknown\" in the joint's [[joint]]"));
-    assert!(told, "{:?}", result.notes);
+    assert!(reported, "{:?}", result.notes);
 }
 
 /// What passes for a rotor of negative inertia is told not to be one.
@@ -436,8 +436,8 @@ fn rotors_of_negative_inertia_are_doubted() {
     let recording = Recording { seed: 4, rotors: [0.0, 0.0, -0.1], ..Recording::default() };
     let text = SESSION.replace("torque_sign = \"normal\"", "torque_sign = \"normal\"\nrotor_inertia = \"unknown\"");
     let result = estimated(&recorded(folder.path(), recording, &text));
-    let told: Vec<&String> = result.notes.iter().filter(|note| note.contains("inertia below zero")).collect();
-    assert!(told.len() == 1 && told[0].contains("elbow.rotor_inertia (-0.09"), "{told:?}");
+    let reported: Vec<&String> = result.notes.iter().filter(|note| note.contains("inertia below zero")).collect();
+    assert!(reported.len() == 1 && reported[0].contains("elbow.rotor_inertia (-0.09"), "{reported:?}");
 }
 
 /// Rotors of known inertia are known torques: without any load they tell the gains, with their scale.
@@ -523,7 +523,7 @@ fn what_is_determined_is_what_can_be_known() {
 }
 
 #[test]
-fn joints_that_never_move_are_told_and_what_the_other_does_is_no_sweep() {
+fn joints_that_never_move_are_reported_and_what_the_other_does_is_no_sweep() {
     let folder = tempfile::tempdir().unwrap();
     session(folder.path(), 3, SESSION);
     for file in ["bare.csv", "loaded.csv"] {

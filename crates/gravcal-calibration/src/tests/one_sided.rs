@@ -69,7 +69,7 @@ fn estimated(folder: &Path, approach: &str, said: &str, trial: u64) -> (Simulati
 /// Root mean squares of the errors of the elbow's bias in its standard deviations, of the trials whose report says that it holds friction and
 /// of the others; and how many say so.
 fn errors(approach: &str) -> ([f64; 2], usize) {
-    let (mut squares, mut told) = ([0.0; 2], 0);
+    let (mut squares, mut reported) = ([0.0; 2], 0);
     for trial in 0..10 {
         let folder = tempfile::tempdir().unwrap();
         let (simulation, result) = estimated(folder.path(), approach, "", trial);
@@ -79,30 +79,30 @@ fn errors(approach: &str) -> ([f64; 2], usize) {
         assert!((result.covariance.matrix[place][place] / (std * std) - 1.0).abs() < 1e-9);
         let says_so = result.notes.iter().any(|note| note.starts_with("elbow came to "));
         squares[usize::from(!says_so)] += ((value - simulation.truth.sensors[1][1]) / std).powi(2);
-        told += usize::from(says_so);
+        reported += usize::from(says_so);
         assert!(!result.notes.iter().any(|note| note.starts_with("shoulder came to")), "{:?}", result.notes);
     }
-    ([(squares[0] / told.max(1) as f64).sqrt(), (squares[1] / (10 - told).max(1) as f64).sqrt()], told)
+    ([(squares[0] / reported.max(1) as f64).sqrt(), (squares[1] / (10 - reported).max(1) as f64).sqrt()], reported)
 }
 
 #[test]
 fn a_bias_that_holds_friction_is_widened_by_it() {
-    let ([rms, _], told) = errors(&format!("approach = \"one-way\"\n{FRICTION}"));
+    let ([rms, _], reported) = errors(&format!("approach = \"one-way\"\n{FRICTION}"));
     // Friction as small as the noise does not always show beside it.
-    assert!(rms < 1.5 && told >= 8, "{rms} {told}");
+    assert!(rms < 1.5 && reported >= 8, "{rms} {reported}");
 }
 
 #[test]
 fn from_both_sides_and_without_friction_nothing_holds_friction() {
-    let ([_, rms], told) = errors(FRICTION);
-    assert!(rms < 1.5 && told == 0, "{rms} {told}");
-    let ([_, rms], told) = errors("approach = \"one-way\"");
-    assert!(rms < 1.8 && told == 0, "{rms} {told}");
+    let ([_, rms], reported) = errors(FRICTION);
+    assert!(rms < 1.5 && reported == 0, "{rms} {reported}");
+    let ([_, rms], reported) = errors("approach = \"one-way\"");
+    assert!(rms < 1.8 && reported == 0, "{rms} {reported}");
 }
 
 /// A joint comes to its highest poses from below: friction that is left at rest goes with the angle as errors of a position gain do.
 #[test]
-fn friction_that_goes_with_the_angle_is_told_from_a_position_gain() {
+fn friction_that_goes_with_the_angle_is_distinguished_from_a_position_gain() {
     let friction = "friction = { coulomb_newton_metre = 0.01, lean = 0.6, spread = 0.1 }";
     let mut squares = Vec::new();
     for trial in 0..8 {
@@ -129,7 +129,7 @@ fn friction_and_bias_of_a_one_sided_joint_are_one() {
     let folder = tempfile::tempdir().unwrap();
     let said = "sensor_models = [{ kind = \"coulomb-friction\", parameters = { coulomb_friction = { value = 0, unit = \"Nm\" } } }]";
     let (_, result) = estimated(folder.path(), &format!("approach = \"one-way\"\n{FRICTION}"), said, 0);
-    let told = |name: &str| result.parameter(name).unwrap().value.is_some();
-    assert!(!told("elbow.torque_bias") && !told("elbow.coulomb_friction"), "{result:?}");
-    assert!(told("shoulder.torque_bias"));
+    let reported = |name: &str| result.parameter(name).unwrap().value.is_some();
+    assert!(!reported("elbow.torque_bias") && !reported("elbow.coulomb_friction"), "{result:?}");
+    assert!(reported("shoulder.torque_bias"));
 }

@@ -108,7 +108,7 @@ fn mass_and_centre_are_found_beside_a_known_load() {
 }
 
 #[test]
-fn without_anything_that_tells_a_scale_no_number_is_told() {
+fn without_anything_that_tells_a_scale_no_number_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let lone = |text: String| text.replace("mass_kg = 1.5", "mass_kg = \"unknown\"");
     let path = written(folder.path(), false, lone);
@@ -129,7 +129,7 @@ fn without_anything_that_tells_a_scale_no_number_is_told() {
 }
 
 #[test]
-fn a_load_that_always_hangs_there_cannot_be_told_from_its_link() {
+fn a_load_that_always_hangs_there_cannot_be_distinguished_from_its_link() {
     let folder = tempfile::tempdir().unwrap();
     let always = |text: String| {
         let kept: Vec<&str> = text.split("[[poses]]").collect();

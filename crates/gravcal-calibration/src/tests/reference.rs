@@ -5,7 +5,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 
 use crate::joint::{self, Signals, Solved, State, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
-use crate::sequential::{Plan, run_steps, tell_steps};
+use crate::sequential::{Plan, report_steps, run_steps};
 use crate::testing::{sarcos_shoulder, with_environment};
 
 fn at_truth(session: &Session, truth: &State) -> Solved {
@@ -150,7 +150,7 @@ fn missing_and_unusable_readings_drop_their_row_only() {
     assert_eq!(used, all - dropped);
     let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::Determined);
-    let steps = with_environment(|w| tell_steps(&session, &run_steps(&session, &Plan::new(&session), w), w)).unwrap();
+    let steps = with_environment(|w| report_steps(&session, &run_steps(&session, &Plan::new(&session), w), w)).unwrap();
     assert!(steps.gravity.is_some());
 }
 
@@ -161,8 +161,8 @@ fn bare_sweeps_leave_the_common_scale_of_the_torque_gains() {
     session.poses.retain(|pose| pose.load.is_none());
     let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::PartlyDetermined);
-    let told: Vec<&str> = result.undetermined.iter().map(|u| u.combination.as_str()).collect();
-    assert_eq!(told, ["common scale of all torque gains", "joint3.position_offset"]);
+    let reported: Vec<&str> = result.undetermined.iter().map(|u| u.combination.as_str()).collect();
+    assert_eq!(reported, ["common scale of all torque gains", "joint3.position_offset"]);
     assert!(result.undetermined[0].cure.contains("attach a load"));
     let value = |name: &str| result.parameter(name).and_then(|p| p.value);
     assert_eq!(value("joint1.torque_gain"), None);
@@ -278,8 +278,8 @@ fn readings_that_contradict_the_model_determine_nothing() {
     }
     let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::Failed);
-    let told = result.notes.join(" ");
-    assert!(told.contains("times worse than their stated noise") || told.contains("reversed"), "{told}");
+    let reported = result.notes.join(" ");
+    assert!(reported.contains("times worse than their stated noise") || reported.contains("reversed"), "{reported}");
 }
 
 #[test]
@@ -311,9 +311,9 @@ fn a_first_joint_without_a_torque_sensor_leaves_the_others_determined() {
     for (joint, quantity) in
         [(1, SensorParameter::TorqueGain), (2, SensorParameter::TorqueGain), (0, SensorParameter::PositionGain)]
     {
-        let told = &result.parameters[4 * joint + quantity as usize];
-        let error = told.value.unwrap() - truth.sensors[joint][quantity as usize];
-        assert!(error.abs() < 4.5 * told.std.unwrap(), "{}: {error}", told.name);
+        let reported = &result.parameters[4 * joint + quantity as usize];
+        let error = reported.value.unwrap() - truth.sensors[joint][quantity as usize];
+        assert!(error.abs() < 4.5 * reported.std.unwrap(), "{}: {error}", reported.name);
     }
     assert!(result.fit.unwrap().p_value.unwrap() > 1e-4);
 }

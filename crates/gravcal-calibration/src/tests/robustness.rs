@@ -115,7 +115,7 @@ fn blocks_of_poses_tell_the_errors_that_poses_share() {
 }
 
 #[test]
-fn what_is_chosen_is_what_is_told() {
+fn what_is_chosen_is_what_is_reported() {
     let session = |uncertainty| Session { uncertainty, ..with_shared_errors(0) };
     let noise = estimate(&session(UncertaintyChoice::Noise));
     let Some(UncertaintyResult::LargerOfNoiseAndJackknife { widened_by: Some(widened), .. }) = noise.uncertainty else {
@@ -172,12 +172,12 @@ fn a_combination_that_is_hardly_known_is_named() {
 }
 
 #[test]
-fn choices_of_frame_are_told_with_their_reasons() {
+fn choices_of_frame_are_reported_with_their_reasons() {
     let mut session = sarcos_shoulder().session(0);
     session.poses.retain(|pose| pose.load.is_none());
     let held = estimate(&session).held;
-    let told: Vec<(&str, &str)> = held.iter().map(|h| (h.name.as_str(), h.why.as_str())).collect();
-    assert!(told.contains(&("joint1.position_offset", "it defines the base frame")), "{told:?}");
-    assert!(told.contains(&("joint3.position_offset", "a choice of the last link's frame")), "{told:?}");
+    let reported: Vec<(&str, &str)> = held.iter().map(|h| (h.name.as_str(), h.why.as_str())).collect();
+    assert!(reported.contains(&("joint1.position_offset", "it defines the base frame")), "{reported:?}");
+    assert!(reported.contains(&("joint3.position_offset", "a choice of the last link's frame")), "{reported:?}");
     assert_eq!(held.len(), 2, "the common scale of torque gains is open, and nothing is held for it");
 }

@@ -201,7 +201,7 @@ fn friction_is_estimated_where_the_session_asks_for_it() {
 }
 
 #[test]
-fn what_is_found_is_told() {
+fn what_is_found_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let (session, result) = estimated(folder.path(), 1, "");
     let notes = session.searched[0].notes(&session.readings);

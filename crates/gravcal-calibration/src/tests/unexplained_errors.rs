@@ -122,11 +122,11 @@ fn noise_that_explains_the_readings_leaves_the_answer_as_it_was() {
     let session = stating(with_errors(&shoulder(), [0.0; 3], 1), 1.2 * MEAN);
     let (looked, not) = (estimate(&session), estimate(&Session { unexplained: Vec::new(), ..session.clone() }));
     assert!(sizes(&looked).iter().all(|size| size.std == 0.0 && size.share_of_gravity == Some(0.0)));
-    let told = |result: &EstimatorResult| {
+    let reported = |result: &EstimatorResult| {
         let EstimatorResult { verdict, parameters, covariance, termination, .. } = result;
         format!("{verdict:?} {parameters:?} {covariance:?} {termination}")
     };
-    assert_eq!(told(&looked), told(&not));
+    assert_eq!(reported(&looked), reported(&not));
     assert_eq!((looked.uncertainty, looked.fit.unwrap().p_value), (not.uncertainty, not.fit.unwrap().p_value));
 }
 
@@ -177,7 +177,7 @@ fn outliers_are_no_errors_of_all_readings_under_a_loss() {
 fn assert_names(result: &EstimatorResult, names: &str) {
     assert_eq!(result.verdict, Verdict::Failed, "{:?} {:?}", result.termination, result.notes);
     assert!(result.termination.contains(names), "{} {:?}", result.termination, result.notes);
-    assert!(result.parameters.iter().all(|told| told.value.is_none() || told.held.is_some()));
+    assert!(result.parameters.iter().all(|reported| reported.value.is_none() || reported.held.is_some()));
 }
 
 #[test]

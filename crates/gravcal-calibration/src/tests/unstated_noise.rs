@@ -94,8 +94,11 @@ fn swapped_columns_of_torques_or_positions_are_named() {
 fn a_wrong_hemisphere_and_exchanged_tables_are_named() {
     let mut session = readings();
     session.gravity.hemisphere = Some([0.0, 0.0, 1.0]);
-    let told = estimate(&session).termination;
-    assert!(told.contains("hemisphere") || told.contains("reversed torque sensors: joint1, joint2"), "{told}");
+    let reported = estimate(&session).termination;
+    assert!(
+        reported.contains("hemisphere") || reported.contains("reversed torque sensors: joint1, joint2"),
+        "{reported}"
+    );
     let mut session = readings();
     session.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
     session.poses.iter_mut().for_each(|pose| pose.load = if pose.load.is_some() { None } else { Some(0) });
@@ -171,9 +174,9 @@ fn many_poses_tell_what_few_do() {
 #[test]
 fn stopped_while_other_starts_are_tried_nothing_is_called_determined() {
     let (solver, stop) = (LevenbergMarquardt::default(), AtomicBool::new(false));
-    let tell = |stage: &str| stop.fetch_or(stage == "other starting values", Ordering::Relaxed);
-    let tell = |stage: &str| _ = tell(stage);
-    let environment = SolveEnvironment::new(&solver, &tell).stopped_by(&stop);
+    let report = |stage: &str| stop.fetch_or(stage == "other starting values", Ordering::Relaxed);
+    let report = |stage: &str| _ = report(stage);
+    let environment = SolveEnvironment::new(&solver, &report).stopped_by(&stop);
     let result = estimate_jointly(&readings(), Signals::All, None, &environment).unwrap();
     assert_eq!(result.verdict, Verdict::PartlyDetermined, "{} {:?}", result.termination, result.notes);
     assert!(result.notes[0].starts_with("Stopped before all was looked over") && result.reasons > 0);

@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ParameterResult};
-use crate::sequential::{Plan, run_steps, tell_steps};
+use crate::sequential::{Plan, report_steps, run_steps};
 use crate::testing::{sarcos_shoulder, with_environment};
 
 /// As a share of the mass.
@@ -79,7 +79,7 @@ fn a_known_gain_weighs_the_load() {
 fn the_steps_gains_are_as_uncertain_as_the_mass() {
     let gain = |session: &Session| {
         let result = with_environment(|environment| {
-            tell_steps(session, &run_steps(session, &Plan::new(session), environment), environment).unwrap()
+            report_steps(session, &run_steps(session, &Plan::new(session), environment), environment).unwrap()
         });
         let gain = parameter(&result, "joint1.torque_gain").clone();
         (gain.value.unwrap(), gain.std.unwrap())

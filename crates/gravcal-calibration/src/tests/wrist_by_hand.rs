@@ -184,8 +184,8 @@ fn a_sensor_that_reads_the_other_way_is_found_or_declared() {
     let poses = table("w,x,y,z", -1.0, wxyz);
     let result = estimated(&read(SESSION, &poses).unwrap());
     assert_eq!(result.verdict, Verdict::Failed);
-    let told = result.notes.iter().any(|note| note.contains("sign = \"reversed\" in its [[force_torque_sensor]]"));
-    assert!(told, "{:?}", result.notes);
+    let reported = result.notes.iter().any(|note| note.contains("sign = \"reversed\" in its [[force_torque_sensor]]"));
+    assert!(reported, "{:?}", result.notes);
     let declared = SESSION.replace("name = \"wrist\"", "name = \"wrist\"\nsign = \"reversed\"");
     let session = read(&declared, &poses).unwrap();
     assert_eq!(session.nominal(ParameterId::Further(0)), -1.0);
@@ -223,8 +223,11 @@ fn no_assumed_mass_tells_which_way_gravity_points() {
     let session = SESSION.replace("hemisphere = [0, 0, -1]\n", "");
     let result = estimated(&read(&session, &table("w,x,y,z", 1.0, wxyz)).unwrap());
     assert!(result.verdict == Verdict::PartlyDetermined && result.gravity.is_none(), "{:?}", result.gravity);
-    let told: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_some()).map(|p| p.name.as_str()).collect();
-    assert!(told.iter().all(|name| !name.starts_with("wrist.tool_")) && told.contains(&"wrist.bias_fx"), "{told:?}");
+    let reported: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_some()).map(|p| p.name.as_str()).collect();
+    assert!(
+        reported.iter().all(|name| !name.starts_with("wrist.tool_")) && reported.contains(&"wrist.bias_fx"),
+        "{reported:?}"
+    );
     assert!(result.notes.iter().all(|note| !note.contains("centre of mass")), "{:?}", result.notes);
 }
 
@@ -237,19 +240,25 @@ fn the_cure_of_a_common_scale_states_what_is_not_stated_yet() {
         open.map(|open| open.cure.clone()).unwrap_or_else(|| panic!("{:?}", result.undetermined))
     };
     let forces = SESSION.replace("force_gain = { fixed = 1, unit = \"N/N\" }\n", "");
-    let told = cure(&forces, "wrist.gain_fx");
-    assert!(told.contains("force_gain = { fixed = 1, unit = \"N/N\" }; or state tool_mass; or record"), "{told}");
+    let reported = cure(&forces, "wrist.gain_fx");
+    assert!(
+        reported.contains("force_gain = { fixed = 1, unit = \"N/N\" }; or state tool_mass; or record"),
+        "{reported}"
+    );
     let stated = weighed("0.001").replace("moment_gain = { fixed = 1, unit = \"N·m/(N·m)\" }\n", "");
-    let told = cure(&stated, "wrist.gain_nx");
-    assert!(told.contains("moment_gain = { fixed = 1, unit = \"N·m/(N·m)\" }; or state tool_moment_x"), "{told}");
-    assert!(!told.contains("tool_mass"), "{told}");
+    let reported = cure(&stated, "wrist.gain_nx");
+    assert!(
+        reported.contains("moment_gain = { fixed = 1, unit = \"N·m/(N·m)\" }; or state tool_moment_x"),
+        "{reported}"
+    );
+    assert!(!reported.contains("tool_mass"), "{reported}");
     let rough = forces.replace("moment_gain", "tool_mass = { nominal = 1.4, std = 1, unit = \"kg\" }\nmoment_gain");
-    let told = cure(&rough, "wrist.gain_fx");
-    assert!(told.contains("force_gain = ") && !told.contains("tool_mass"), "{told}");
+    let reported = cure(&rough, "wrist.gain_fx");
+    assert!(reported.contains("force_gain = ") && !reported.contains("tool_mass"), "{reported}");
 }
 
 #[test]
-fn of_a_reversed_sensor_whose_scale_is_open_no_mass_is_told() {
+fn of_a_reversed_sensor_whose_scale_is_open_no_mass_is_reported() {
     let poses = table("w,x,y,z", -1.0, wxyz);
     let note = |session: &str| {
         let result = estimated(&read(session, &poses).unwrap());
@@ -304,10 +313,12 @@ fn a_sensor_zeroed_between_tables_has_a_bias_in_each() {
     }
     let [test] = <[SensorModelTest; 1]>::try_from(result.sensor_models.clone()).unwrap();
     assert_eq!((test.joint.as_str(), test.model.as_str(), test.parameters.len()), ("wrist", "biases-of-tables", 12));
-    let told = test.test.unwrap();
+    let reported = test.test.unwrap();
     assert!(
-        told.kind == TestKind::LikelihoodRatio && told.degrees_of_freedom == [Some(6), None] && told.p_value < 1e-9,
-        "{told:?}"
+        reported.kind == TestKind::LikelihoodRatio
+            && reported.degrees_of_freedom == [Some(6), None]
+            && reported.p_value < 1e-9,
+        "{reported:?}"
     );
     let (mass, std) = found(&result, "wrist.tool_mass");
     assert!((mass - MASS).abs() < 4.0 * std && std < 0.01, "{mass} ± {std}");
@@ -410,12 +421,12 @@ fn drifts_of_a_wrist_sensor_are_found() {
         }
     }
     let needed = |result: &EstimatorResult| {
-        let told = |test: &SensorModelTest| {
+        let reported = |test: &SensorModelTest| {
             let p = test.test.as_ref().unwrap().p_value;
             assert_eq!((test.joint.as_str(), test.parameters.len()), ("wrist", 6));
             (test.model.clone(), p)
         };
-        result.sensor_models.iter().map(told).collect::<Vec<_>>()
+        result.sensor_models.iter().map(reported).collect::<Vec<_>>()
     };
     let [(time, of_time), (temperature, of_temperature)] = needed(&result).try_into().unwrap();
     assert_eq!((time.as_str(), temperature.as_str()), ("bias-in-time", "bias-with-temperature"));
@@ -436,15 +447,16 @@ fn orientations_that_turn_the_other_way_are_named() {
     let inverse = table("w,x,y,z", 1.0, |turned| wxyz(&turned.inverse()));
     let result = estimated(&read(SESSION, &inverse).unwrap());
     assert_eq!(result.verdict, Verdict::Failed);
-    let told = result.notes.iter().any(|note| note.contains("rotation = \"body-from-base\" in readings.orientation"));
-    assert!(told, "{:?}", result.notes);
+    let reported =
+        result.notes.iter().any(|note| note.contains("rotation = \"body-from-base\" in readings.orientation"));
+    assert!(reported, "{:?}", result.notes);
 }
 
 /// In the order of the columns, or by how the sensor is mounted.
 #[test]
 fn exchanged_axes_of_a_wrist_sensor_are_named() {
     let poses = table("w,x,y,z", 1.0, wxyz);
-    for (old, new, told) in [
+    for (old, new, reported) in [
         (
             "\"fx\", \"fy\", \"fz\", \"nx\", \"ny\", \"nz\"",
             "\"fy\", \"fx\", \"fz\", \"ny\", \"nx\", \"nz\"",
@@ -468,8 +480,8 @@ fn exchanged_axes_of_a_wrist_sensor_are_named() {
     ] {
         assert_eq!(SESSION.matches(old).count(), 1, "{old}");
         let result = estimated(&read(&SESSION.replace(old, new), &poses).unwrap());
-        assert_eq!(result.verdict, Verdict::Failed, "{told}");
-        assert!(result.notes[0].contains(told), "{told}: {} {:?}", result.termination, result.notes);
+        assert_eq!(result.verdict, Verdict::Failed, "{reported}");
+        assert!(result.notes[0].contains(reported), "{reported}: {} {:?}", result.termination, result.notes);
     }
 }
 

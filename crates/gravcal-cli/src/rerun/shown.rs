@@ -28,21 +28,21 @@ impl RerunArguments {
 
     /// Writes and shows what is asked for; gives a line for each.
     pub fn show(&self, recording: &CalibrationRecording<'_>, overwrite: bool) -> Result<String, Failure> {
-        let mut told = String::new();
+        let mut reported = String::new();
         if let Some(path) = &self.file {
             let bytes = recording.to_rrd().map_err(|error| failed(&error))?;
             write(path, &bytes, overwrite).map_err(|error| not_shown(&error))?;
-            told += &format!("Rerun recording in {} (show it with `rerun {0}`)\n", path.display());
+            reported += &format!("Rerun recording in {} (show it with `rerun {0}`)\n", path.display());
         }
         if let Some(url) = self.viewer() {
             recording.connect(url).map_err(|error| failed(&error))?;
-            told += &format!("Shown in the Rerun viewer at {url}\n");
+            reported += &format!("Shown in the Rerun viewer at {url}\n");
         }
         if self.spawn {
             recording.spawn().map_err(|error| failed(&error))?;
-            told += "Shown in a new Rerun viewer\n";
+            reported += "Shown in a new Rerun viewer\n";
         }
-        Ok(told)
+        Ok(reported)
     }
 }
 

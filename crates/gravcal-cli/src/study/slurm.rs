@@ -26,8 +26,8 @@ pub fn waiting_for(job: &str) -> Vec<String> {
 
 /// Tasks of an array that Slurm takes.
 pub fn most_tasks() -> usize {
-    let Ok(told) = run("scontrol", &["show".to_owned(), "config".to_owned()], None) else { return MOST_TASKS };
-    let lines = told.lines().filter_map(|line| line.split_once('='));
+    let Ok(reported) = run("scontrol", &["show".to_owned(), "config".to_owned()], None) else { return MOST_TASKS };
+    let lines = reported.lines().filter_map(|line| line.split_once('='));
     let size = lines.filter(|(key, _)| key.trim() == "MaxArraySize").find_map(|(_, value)| value.trim().parse().ok());
     size.map_or(MOST_TASKS, |size: usize| size.saturating_sub(1).max(1))
 }
@@ -39,7 +39,9 @@ pub fn most_tasks() -> usize {
 pub fn states(job: &str) -> Result<Vec<String>, Failure> {
     let options = ["--noheader", "--array", "--format=%T", "--jobs"].map(str::to_owned);
     match run("squeue", &[&options[..], &[job.to_owned()]].concat(), None) {
-        Ok(told) => Ok(told.lines().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect()),
+        Ok(reported) => {
+            Ok(reported.lines().map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect())
+        }
         // What Slurm has forgotten has ended.
         Err(failure) if failure.to_string().contains("Invalid job id") => Ok(Vec::new()),
         Err(failure) => Err(failure),

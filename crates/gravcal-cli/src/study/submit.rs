@@ -197,8 +197,8 @@ fn counted(states: &[String]) -> String {
     kinds.sort();
     kinds.dedup();
     let count = |kind: &String| states.iter().filter(|state| *state == kind).count();
-    let told: Vec<String> = kinds.into_iter().map(|kind| format!("{} {kind}", count(kind))).collect();
-    if told.is_empty() { "none in the queue".into() } else { told.join(", ") }
+    let reported: Vec<String> = kinds.into_iter().map(|kind| format!("{} {kind}", count(kind))).collect();
+    if reported.is_empty() { "none in the queue".into() } else { reported.join(", ") }
 }
 
 /// That no jobs are at work on these results, and that earlier ones had the same shares.

@@ -272,8 +272,8 @@ fn without_double_hyphens(line: &str) -> String {
 }
 
 fn origin_attributes([xyz, rpy]: &[[f64; 3]; 2]) -> [(&'static str, String); 2] {
-    let told = |[a, b, c]: &[f64; 3]| format!("{a} {b} {c}");
-    [("xyz", told(xyz)), ("rpy", told(rpy))]
+    let reported = |[a, b, c]: &[f64; 3]| format!("{a} {b} {c}");
+    [("xyz", reported(xyz)), ("rpy", reported(rpy))]
 }
 
 #[cfg(test)]

@@ -369,9 +369,9 @@ fn tensors_of_merged_bodies_are_about_the_links_origin() {
     let shift = [0.03, 0.0, 0.5 + 0.03, 0.0, 0.0, 0.5];
     let column: Vec<f64> = (0..6).map(|k| bracket[k] + shift[k] + [1.0, 0.0, 1.0, 0.0, 0.0, 1.0][k]).collect();
     let hand = [1.0, 0.1, 0.0, 0.0, 1.0, 0.0, 1.01, 0.0, 0.0, 1.01];
-    for (told, expected) in [(&parameters[4..10], column.as_slice()), (&parameters[10..], &hand)] {
-        let close = told.iter().zip(expected).all(|(l, r)| (l - r).abs() < 1e-14);
-        assert!(close, "{told:?} is not {expected:?}");
+    for (reported, expected) in [(&parameters[4..10], column.as_slice()), (&parameters[10..], &hand)] {
+        let close = reported.iter().zip(expected).all(|(l, r)| (l - r).abs() < 1e-14);
+        assert!(close, "{reported:?} is not {expected:?}");
     }
 }
 

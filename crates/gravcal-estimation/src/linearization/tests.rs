@@ -185,7 +185,7 @@ fn the_same_bits_on_one_thread_and_on_three() {
 }
 
 #[test]
-fn a_value_that_is_not_finite_is_told_with_its_factor() {
+fn a_value_that_is_not_finite_is_reported_with_its_factor() {
     let (problem, values) = problem(700, true);
     let mut broken = values.clone();
     broken.set(problem.find("error413").unwrap(), &[f64::NAN, 0.0]);
@@ -207,7 +207,7 @@ fn scaled(scale: [f64; 2], units: [&str; 2], start: [f64; 2]) -> (Problem, Value
 }
 
 #[test]
-fn rounding_is_told_from_a_small_column_by_the_size_of_its_block_or_by_its_unit() {
+fn rounding_is_distinguished_from_a_small_column_by_the_size_of_its_block_or_by_its_unit() {
     let small = |scale: [f64; 2], units: [&str; 2], start: [f64; 2]| {
         let (problem, values) = scaled(scale, units, start);
         let orthogonal = Orthogonal::new(&problem, &values).unwrap().column_norms()[0];

@@ -173,8 +173,11 @@ mod tests {
         assert_eq!(with(|x| vec![x], 0, two), "factor 0 has 1 residuals but noise for 2");
         assert_eq!(with(|x| vec![x, x], 0, unit()), "factor 0 reads `x` twice");
         assert!(with(|x| vec![x, BlockId(7)], 0, unit()).starts_with("factor 0 reads block number 7, but there are"));
-        let told = with(|x| vec![x], 1, unit());
-        assert!(told.starts_with("factor 0 (of x) panicked at the initial values: index out of bounds"), "{told}");
+        let reported = with(|x| vec![x], 1, unit());
+        assert!(
+            reported.starts_with("factor 0 (of x) panicked at the initial values: index out of bounds"),
+            "{reported}"
+        );
     }
 
     #[test]
@@ -190,8 +193,9 @@ mod tests {
             block(on, &vec![1.0; components.len()])
         };
         for radius in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
-            let told = format!("`v` has 3 numbers on a sphere of radius {radius}: it takes 3, and a radius that is");
-            assert!(sphere(&["x", "y", "z"], radius).starts_with(&told));
+            let reported =
+                format!("`v` has 3 numbers on a sphere of radius {radius}: it takes 3, and a radius that is");
+            assert!(sphere(&["x", "y", "z"], radius).starts_with(&reported));
         }
         for components in [&["x"][..], &["x", "y"], &["x", "y", "z", "w"]] {
             assert!(sphere(components, 1.0).starts_with(&format!("`v` has {} numbers", components.len())));
@@ -223,11 +227,11 @@ mod tests {
 
     #[test]
     fn a_loss_without_a_width_is_refused() {
-        let told = refusal(|builder| {
+        let reported = refusal(|builder| {
             let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
             let residual = Mistaken { reads: vec![x], column: 0 };
             builder.add_factor(Factor::new(residual, unit()).with_loss(Loss::Huber(-1.0)));
         });
-        assert_eq!(told, "factor 0: the width -1 of a loss must be between 0.001 and 1000000 standard deviations");
+        assert_eq!(reported, "factor 0: the width -1 of a loss must be between 0.001 and 1000000 standard deviations");
     }
 }

@@ -50,14 +50,14 @@ impl Problem {
         let residuals = self.residuals(values)?;
         let size = |factor: usize| residuals[self.rows_of(factor)].iter().fold(0.0, |m: f64, r| m.max(r.abs()));
         let largest = (0..self.factors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or(0);
-        let at = self.told_at(largest, values);
+        let at = self.reported_at(largest, values);
         Ok(format!("the largest residual, {:e} standard deviations, is of factor {largest} at {at}", size(largest)))
     }
 
     /// The values that a factor reads, by name.
-    fn told_at(&self, factor: usize, values: &Values) -> String {
-        let told = |id: &crate::BlockId| format!("{} = {:?}", self.block(*id).name, values.get(*id));
-        let at: Vec<String> = self.factors[factor].residual.blocks().iter().map(told).collect();
+    fn reported_at(&self, factor: usize, values: &Values) -> String {
+        let reported = |id: &crate::BlockId| format!("{} = {:?}", self.block(*id).name, values.get(*id));
+        let at: Vec<String> = self.factors[factor].residual.blocks().iter().map(reported).collect();
         at.join(", ")
     }
 
@@ -483,7 +483,7 @@ impl<'a> Rows<'a> {
     }
 
     fn not_finite(&self, factor: usize, what: String) -> EvaluateError {
-        EvaluateError(format!("factor {factor}: {what} at {}", self.problem.told_at(factor, self.values)))
+        EvaluateError(format!("factor {factor}: {what} at {}", self.problem.reported_at(factor, self.values)))
     }
 }
 

@@ -123,16 +123,16 @@ mod tests {
     fn samples_that_a_problem_does_not_have_are_refused() {
         let blocks = SampleBlocks::new(0..60, 2).unwrap();
         assert_eq!(blocks.check(60), Ok(()));
-        let told = blocks.check(59).unwrap_err().to_string();
-        assert_eq!(told, "the blocks of samples end with factor 60, but the problem has only 59");
+        let reported = blocks.check(59).unwrap_err().to_string();
+        assert_eq!(reported, "the blocks of samples end with factor 60, but the problem has only 59");
     }
 
     #[test]
     fn too_few_blocks_are_refused_with_a_cure() {
-        let told = |samples, length| SampleBlocks::new(0..samples, length).unwrap_err().to_string();
-        assert!(told(299, 10).starts_with("299 samples in blocks of 10 are 29 blocks, and 30 are needed"));
-        assert!(told(299, 10).ends_with("blocks of 1 to 9 samples"));
-        assert!(told(20, 1).ends_with("30 samples at least"));
+        let reported = |samples, length| SampleBlocks::new(0..samples, length).unwrap_err().to_string();
+        assert!(reported(299, 10).starts_with("299 samples in blocks of 10 are 29 blocks, and 30 are needed"));
+        assert!(reported(299, 10).ends_with("blocks of 1 to 9 samples"));
+        assert!(reported(20, 1).ends_with("30 samples at least"));
         assert!(SampleBlocks::new(0..100, 0).is_err());
     }
 }

@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_function_without_a_value_is_told() {
+    fn a_function_without_a_value_is_reported() {
         let (problem, values, blocks) = sphere_and_number();
         let covariance = Covariance::new(vec![0.0; 9], 3);
         let error = covariance.of_function((&problem, &values), &blocks, |x| vec![(x[3] - 2.0).sqrt()]).unwrap_err();

@@ -64,12 +64,12 @@ pub struct Jackknife {
     /// Covariance and intervals.
     pub uncertainty: Uncertainty,
     /// What single blocks alone determine.
-    pub alone: Vec<ToldByOneBlock>,
+    pub alone: Vec<DeterminedByOneBlock>,
 }
 
 /// A direction that one block alone determines, so that nothing but the noise tells how well.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ToldByOneBlock {
+pub struct DeterminedByOneBlock {
     /// The factors of the block.
     pub factors: Range<usize>,
     /// A step by the problem's shared columns of one standard deviation of the noise.
@@ -88,7 +88,7 @@ impl Uncertainty {
         let projected = if projected.has_eliminated() { projected } else { projected.with_unit_curvature()? };
         let rank = projected.rank();
         let (mut scatter, mut outside) = (Mat::zeros(rank, rank), information(&projected, solution, blocks)?);
-        let (mut told, mut alone) = (Vec::new(), Vec::new());
+        let (mut reported, mut alone) = (Vec::new(), Vec::new());
         let size = unexplained(solution)?;
         for block in blocks.iter() {
             let share = Share::new(&projected, block.clone())?;
@@ -96,9 +96,12 @@ impl Uncertainty {
             for direction in share.alone {
                 // Known by the noise alone, which may be larger than stated.
                 add_outer(&mut outside, size, &direction);
-                alone.push(ToldByOneBlock { factors: block.clone(), step: back(&projected.directions, &direction) });
+                alone.push(DeterminedByOneBlock {
+                    factors: block.clone(),
+                    step: back(&projected.directions, &direction),
+                });
             }
-            told.push(share.rows);
+            reported.push(share.rows);
         }
         let count = blocks.count() as f64;
         let covariance = projected.covariance(&(faer::Scale((count - 1.0) / count) * scatter + outside));
@@ -107,8 +110,8 @@ impl Uncertainty {
             let noise = Uncertainty::from_noise(solution, NoiseScale::Stated)?.covariance;
             covariance = noise.widened(&ratios(&covariance, &noise));
         }
-        let told = ToldByBlocks { directions: projected.directions, rows: told };
-        Ok(Jackknife { uncertainty: Uncertainty { covariance, spread: Spread::LeftOut(told) }, alone })
+        let reported = DeterminedByBlocks { directions: projected.directions, rows: reported };
+        Ok(Jackknife { uncertainty: Uncertainty { covariance, spread: Spread::LeftOut(reported) }, alone })
     }
 }
 
@@ -238,19 +241,19 @@ fn combined(rows: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
 
 /// What tells how many blocks tell a function of the parameters.
 #[derive(Clone, Debug)]
-pub(super) struct ToldByBlocks {
+pub(super) struct DeterminedByBlocks {
     directions: Vec<Vec<f64>>,
     /// `Z_b` of each block.
     rows: Vec<Vec<Vec<f64>>>,
 }
 
-impl ToldByBlocks {
+impl DeterminedByBlocks {
     /// Degrees of freedom of a linear function of the shared columns: `G* − 1`, at least 1; infinite where blocks tell nothing of it.
     pub fn freedom(&self, function: &[(usize, f64)]) -> f64 {
         let c = Projected::of_function(&self.directions, function);
         let along = |row: &Vec<f64>| row.iter().zip(&c).map(|(z, c)| z * c).sum::<f64>();
-        let told = |rows: &Vec<Vec<f64>>| rows.iter().map(|row| along(row).powi(2)).sum::<f64>();
-        let squares: f64 = self.rows.iter().map(|rows| told(rows).powi(2)).sum();
+        let reported = |rows: &Vec<Vec<f64>>| rows.iter().map(|row| along(row).powi(2)).sum::<f64>();
+        let squares: f64 = self.rows.iter().map(|rows| reported(rows).powi(2)).sum();
         let total: f64 = c.iter().map(|c| c * c).sum();
         if squares > 0.0 { (total * total / squares - 1.0).max(1.0) } else { f64::INFINITY }
     }
@@ -477,7 +480,7 @@ mod tests {
     }
 
     #[test]
-    fn what_one_block_alone_tells_has_the_variance_of_the_noise_and_is_told() {
+    fn what_one_block_alone_tells_has_the_variance_of_the_noise_and_is_reported() {
         let (mut builder, blocks, samples) = parabola(57);
         let step = builder.add_block(Block::scalar("step", ""), &[0.0]);
         let unknowns = [&blocks[..], &[step]].concat();
@@ -528,10 +531,10 @@ mod tests {
             add(&mut builder, Line::new(&[a, b], &[1.0, load], noise(k)));
         }
         let found = jackknife(&fit(builder), 40, 2).uncertainty;
-        let Spread::LeftOut(told) = &found.spread else { panic!("no blocks") };
-        assert!((told.freedom(&[(0, 1.0)]) - 17.0).abs() < 1e-6, "18 tell the level");
+        let Spread::LeftOut(reported) = &found.spread else { panic!("no blocks") };
+        assert!((reported.freedom(&[(0, 1.0)]) - 17.0).abs() < 1e-6, "18 tell the level");
         // Each of the two tells 0.45 of the load's variance, each of the others 0.1/18: 1/(2 · 0.2025 + 0.01/18) − 1.
-        assert!((told.freedom(&[(1, 1.0)]) - 1.465_753).abs() < 1e-6, "{}", told.freedom(&[(1, 1.0)]));
+        assert!((reported.freedom(&[(1, 1.0)]) - 1.465_753).abs() < 1e-6, "{}", reported.freedom(&[(1, 1.0)]));
     }
 
     #[test]

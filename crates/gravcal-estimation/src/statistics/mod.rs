@@ -23,7 +23,7 @@ pub use bootstrap::{Bootstrap, Resampling};
 pub use covariance::{Covariance, LinearFunction, stored_coordinates};
 pub use error::{StatisticsError, TooFewBlocks};
 pub use from_noise::NoiseScale;
-pub use jackknife::{Jackknife, ToldByOneBlock};
+pub use jackknife::{DeterminedByOneBlock, Jackknife};
 pub use quantile::Quantile;
 pub use residual_maker::ResidualMaker;
 pub use uncertainty::{Solution, Uncertainty};

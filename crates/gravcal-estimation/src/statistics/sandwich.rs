@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn what_one_block_alone_determines_is_told_by_name() {
+    fn what_one_block_alone_determines_is_reported_by_name() {
         let (mut builder, id) = level(&readings(88));
         let step = builder.add_block(Block::scalar("step", ""), &[0.0]);
         [0.2, 0.3].iter().for_each(|y| add(&mut builder, Line::new(&[id, step], &[1.0, 1.0], *y)));

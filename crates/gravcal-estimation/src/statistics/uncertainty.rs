@@ -1,7 +1,7 @@
 //! A covariance together with what its intervals are made of.
 
 use super::bootstrap::Replicates;
-use super::jackknife::{ToldByBlocks, ratios};
+use super::jackknife::{DeterminedByBlocks, ratios};
 use super::sandwich::Freedom;
 use super::{Covariance, Quantile, StatisticsError};
 use crate::{BlockId, Problem, RankAnalysis, Values, named_combinations};
@@ -53,7 +53,7 @@ pub(super) enum Spread {
     /// Student's quantile, with freedom that depends on the function.
     Blocks(Freedom),
     /// The same, with the number of blocks that tell the function.
-    LeftOut(ToldByBlocks),
+    LeftOut(DeterminedByBlocks),
     /// Steps from the estimate to that of each replicate.
     Replicates(Replicates),
     /// That of whichever of two has the larger standard deviation of the function.
@@ -109,7 +109,7 @@ impl Uncertainty {
             Spread::Quantile(quantile) => *quantile,
             Spread::Replicates(replicates) => replicates.quantile(),
             Spread::Blocks(freedom) => Quantile::student(freedom.of(function)),
-            Spread::LeftOut(told) => Quantile::student(told.freedom(&self.covariance.shared(function))),
+            Spread::LeftOut(reported) => Quantile::student(reported.freedom(&self.covariance.shared(function))),
             Spread::Larger(both) => {
                 let [a, b] = both.as_ref();
                 let larger = if a.covariance.std_of(function) < b.covariance.std_of(function) { b } else { a };

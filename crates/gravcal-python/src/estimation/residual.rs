@@ -35,12 +35,12 @@ impl Raised {
         }
         Python::attach(|py| {
             work(py).map_err(|error| {
-                let told = EvaluateError(error.to_string());
+                let reported = EvaluateError(error.to_string());
                 if !error.is_instance_of::<PyArithmeticError>(py) {
                     self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
                     self.stop.store(true, Ordering::Relaxed);
                 }
-                told
+                reported
             })
         })
     }

@@ -53,12 +53,12 @@ impl SaidResidual {
             Some(covariance) => Noise::correlated(covariance, self.rows),
             None => Noise::independent(&self.std),
         };
-        let loss: LossName = self.loss.parse().map_err(told)?;
+        let loss: LossName = self.loss.parse().map_err(reported)?;
         let loss: Loss = self.width.map_or(loss.efficient(), |width| loss.with_width(width));
         let blocks = self.blocks.iter().map(|place| ids[*place]).collect();
         let raised = Arc::clone(raised);
         let residual = PythonResidual { blocks, rows: self.rows, evaluate: self.evaluate, raised };
-        Ok(Factor::new(residual, noise.map_err(told)?).with_loss(loss))
+        Ok(Factor::new(residual, noise.map_err(reported)?).with_loss(loss))
     }
 }
 
@@ -114,9 +114,9 @@ pub fn problem(
         builder.add_factor(said.factor(&ids, raised)?);
     }
     constraints.iter().for_each(|said| builder.add_constraint(said.constraint(&ids)));
-    builder.build().map_err(told)
+    builder.build().map_err(reported)
 }
 
-fn told(error: impl std::error::Error) -> String {
+fn reported(error: impl std::error::Error) -> String {
     error.to_string()
 }

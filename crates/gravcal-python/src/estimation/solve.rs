@@ -12,8 +12,8 @@ use pyo3::prelude::*;
 
 use super::residual::Raised;
 use super::said::{SaidBlock, SaidConstraint, SaidResidual, problem};
-use crate::failure::bad_input_told;
-use crate::work::{Tell, run};
+use crate::failure::bad_input_reported;
+use crate::work::{Report, run};
 
 /// Name, unit and coefficient of each part of a combination, and all of it in words.
 type Combination = (String, Vec<(String, String, f64)>);
@@ -64,13 +64,13 @@ pub fn estimate(
 ) -> PyResult<Estimated> {
     let raised = Arc::new(Raised::default());
     let noise = if relative { NoiseScale::Relative } else { NoiseScale::Stated };
-    let solved = run(py, progress, raised.stop(), |tell| {
+    let solved = run(py, progress, raised.stop(), |report| {
         let said = Said { blocks: &blocks, constraints: &constraints, solver, options, noise };
-        said.solve(residuals, &raised, tell)
+        said.solve(residuals, &raised, report)
     })?;
     match raised.take() {
         Some(error) => Err(error),
-        None => solved.map_err(|error| bad_input_told(py, &error)),
+        None => solved.map_err(|error| bad_input_reported(py, &error)),
     }
 }
 
@@ -83,29 +83,35 @@ struct Said<'a> {
 }
 
 impl Said<'_> {
-    fn solve(&self, residuals: Vec<SaidResidual>, raised: &Arc<Raised>, tell: &Tell<'_>) -> Result<Estimated, String> {
+    fn solve(
+        &self,
+        residuals: Vec<SaidResidual>,
+        raised: &Arc<Raised>,
+        report: &Report<'_>,
+    ) -> Result<Estimated, String> {
         let (problem, start) = problem(self.blocks, residuals, self.constraints, raised)?;
-        let name: SolverName = self.solver.parse().map_err(told)?;
-        let options: serde_json::Value = serde_json::from_str(self.options).map_err(told)?;
+        let name: SolverName = self.solver.parse().map_err(reported)?;
+        let options: serde_json::Value = serde_json::from_str(self.options).map_err(reported)?;
         let solver = name.with_options(options).map_err(|error| format!("{name}: {error}"))?;
         let mut observer = |record: &IterationRecord| {
-            tell(format!("iteration {}, cost {:.6e}", record.iteration, record.cost));
+            report(format!("iteration {}, cost {:.6e}", record.iteration, record.cost));
         };
         let mut context = SolveContext { observer: Some(&mut observer), stop: Some(raised.stop()), checkpoint: None };
-        let estimate = solver.solve(&problem, &start, &mut context).map_err(told)?;
+        let estimate = solver.solve(&problem, &start, &mut context).map_err(reported)?;
         judged(&problem, &estimate, self.noise)
     }
 }
 
-fn told(error: impl std::error::Error) -> String {
+fn reported(error: impl std::error::Error) -> String {
     error.to_string()
 }
 
 /// With what the active constraints hold taken for known.
 fn judged(problem: &Problem, estimate: &Estimate, noise: NoiseScale) -> Result<Estimated, String> {
-    let alone = RankAnalysis::of(problem, estimate).map_err(told)?;
-    let along = along_constraints(problem, estimate, &alone).map_err(told)?;
-    let analysis = along.as_ref().map(|along| RankAnalysis::new(along, &estimate.values)).transpose().map_err(told)?;
+    let alone = RankAnalysis::of(problem, estimate).map_err(reported)?;
+    let along = along_constraints(problem, estimate, &alone).map_err(reported)?;
+    let analysis =
+        along.as_ref().map(|along| RankAnalysis::new(along, &estimate.values)).transpose().map_err(reported)?;
     let (analysis, judged) = (analysis.as_ref().unwrap_or(&alone), along.as_ref().unwrap_or(problem));
     let solution = Solution { problem: judged, values: &estimate.values, analysis };
 
@@ -135,7 +141,7 @@ fn judged(problem: &Problem, estimate: &Estimate, noise: NoiseScale) -> Result<E
         covariance: uncertainty.as_ref().map_or_else(Vec::new, covariance),
         intervals: uncertainty.as_ref().map_or_else(Vec::new, |known| intervals(&solution, known)),
         without_uncertainty,
-        weights: problem.weights(&estimate.values).map_err(told)?,
+        weights: problem.weights(&estimate.values).map_err(reported)?,
         active: estimate.active.iter().map(|active| (active.name.clone(), active.multiplier)).collect(),
     })
 }

@@ -15,7 +15,7 @@ use gravcal::calibration::{Registry, Session};
 use pyo3::prelude::*;
 
 use crate::estimation::Raised;
-use crate::failure::bad_input_told;
+use crate::failure::bad_input_reported;
 use residual::{PythonResidual, SaidResidual};
 use said::{PythonModel, SaidModel};
 
@@ -46,8 +46,8 @@ impl Models {
         }
         for (place, model) in residuals.iter().enumerate() {
             if residuals[..place].iter().any(|other| other.name == model.name) {
-                let told = format!("there is a residual `{}` already: give yours another name", model.name);
-                return Err(bad_input_told(py, &told));
+                let reported = format!("there is a residual `{}` already: give yours another name", model.name);
+                return Err(bad_input_reported(py, &reported));
             }
         }
         let said = sensors;
@@ -55,8 +55,8 @@ impl Models {
         for (place, model) in said.iter().enumerate() {
             let twice = said[..place].iter().any(|other| other.name == model.name);
             if twice || standard.sensor_model(&model.name).is_ok() {
-                let told = format!("there is a sensor model `{}` already: give yours another name", model.name);
-                return Err(bad_input_told(py, &told));
+                let reported = format!("there is a sensor model `{}` already: give yours another name", model.name);
+                return Err(bad_input_reported(py, &reported));
             }
         }
         let models = said.into_iter().map(|model| PythonModel::new(model, &raised)).collect();

@@ -126,12 +126,12 @@ impl Sampler {
     }
 
     /// Takes the first samples.
-    pub fn take_first(&mut self, first: &Samples, channels: usize, tell: &mut impl FnMut(Heard<'_>)) {
-        first.iter(channels).for_each(|(time, row, values)| self.take(time, row, values, tell));
+    pub fn take_first(&mut self, first: &Samples, channels: usize, report: &mut impl FnMut(Heard<'_>)) {
+        first.iter(channels).for_each(|(time, row, values)| self.take(time, row, values, report));
     }
 
     /// Takes a sample.
-    pub fn take(&mut self, time: f64, row: u64, values: &[f64], tell: &mut impl FnMut(Heard<'_>)) {
+    pub fn take(&mut self, time: f64, row: u64, values: &[f64], report: &mut impl FnMut(Heard<'_>)) {
         if let Some(last) = self.last {
             let step = time - last;
             if step == 0.0 && self.blocks.repeats(values) {
@@ -140,9 +140,9 @@ impl Sampler {
             }
             if step.abs() > GAP * self.length {
                 self.usage.interruptions += 1;
-                self.finish(tell);
+                self.finish(report);
             } else if self.blocks.ends_before(time) {
-                self.finish_block(tell);
+                self.finish_block(report);
             }
         }
         self.last = Some(time);
@@ -151,13 +151,13 @@ impl Sampler {
     }
 
     /// Ends the block that is going on, and what it belongs to.
-    pub fn finish(&mut self, tell: &mut impl FnMut(Heard<'_>)) {
-        self.finish_block(tell);
-        tell(Heard::Interruption);
+    pub fn finish(&mut self, report: &mut impl FnMut(Heard<'_>)) {
+        self.finish_block(report);
+        report(Heard::Interruption);
         self.follows = false;
     }
 
-    fn finish_block(&mut self, tell: &mut impl FnMut(Heard<'_>)) {
+    fn finish_block(&mut self, report: &mut impl FnMut(Heard<'_>)) {
         let Some(block) = self.blocks.finish(&mut self.steps) else { return };
         self.rough.take(&block, &self.steps, self.follows);
         self.follows = true;
@@ -165,9 +165,9 @@ impl Sampler {
         if self.seen >= self.next {
             self.next = self.seen + AGAIN;
             self.learn(self.rough.scales());
-            tell(Heard::Scales(&self.scales));
+            report(Heard::Scales(&self.scales));
         }
-        tell(Heard::Block(block));
+        report(Heard::Block(block));
     }
 
     fn learn(&mut self, scales: Scales) {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
-use super::missing::{Missing, tell_missing};
+use super::missing::{Missing, report_missing};
 use super::{Row, Rows, Source};
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::ReadError;
@@ -259,7 +259,7 @@ impl Rows for CsvRows {
         });
         let others = MISSING.iter().filter_map(|(dates, which)| {
             let columns = self.columns.iter().zip(&self.held).filter(|(_, held)| held.dates == *dates);
-            tell_missing(which, columns.map(|(column, held)| held.missing(column)))
+            report_missing(which, columns.map(|(column, held)| held.missing(column)))
         });
         left_out.chain(others).collect()
     }

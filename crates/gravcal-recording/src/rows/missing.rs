@@ -9,7 +9,7 @@ pub(super) struct Missing<'a> {
 }
 
 /// In one sentence; `None` where every column is whole. `which`: what counts as missing, such as "cells that are no finite numbers".
-pub(super) fn tell_missing<'a>(which: &str, missing: impl Iterator<Item = Missing<'a>>) -> Option<String> {
+pub(super) fn report_missing<'a>(which: &str, missing: impl Iterator<Item = Missing<'a>>) -> Option<String> {
     let missing: Vec<Missing<'a>> = missing.filter(|missing| missing.count > 0).collect();
     let columns: Vec<String> =
         missing.iter().map(|missing| format!("{} of `{}`", missing.count, missing.column)).collect();

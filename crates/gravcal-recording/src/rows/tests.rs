@@ -260,8 +260,8 @@ fn readings_that_are_no_finite_numbers_are_missing_and_counted() {
     );
     let said = read(&bag.text("a.csv", "q,tau\n1,2\n-inf,nan\n3,x\n")).unwrap();
     assert_eq!(some(&said.column("q")), [Some(1.0), None, Some(3.0)]);
-    let told = "cells that are no finite numbers count as missing: 1 of `q`, 2 of `tau`; the first is on line 3";
-    assert_eq!(said.remarks, [told], "once for all columns");
+    let reported = "cells that are no finite numbers count as missing: 1 of `q`, 2 of `tau`; the first is on line 3";
+    assert_eq!(said.remarks, [reported], "once for all columns");
 }
 
 /// Nine messages in three chunks, of a file with a summary.
@@ -572,7 +572,7 @@ fn lines_that_are_no_rows_are_left_out_and_said() {
 }
 
 #[test]
-fn what_is_no_recording_is_told_apart() {
+fn what_is_no_recording_is_distinguished() {
     let bag = Bag::new();
     for (bytes, expected) in [
         (&b"SQLite format 3\0..."[..], "this SQLite file cannot be read"),

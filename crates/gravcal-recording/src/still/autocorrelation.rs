@@ -45,15 +45,15 @@ impl Autocorrelation {
 
     /// τ, in samples; at least 1.
     pub fn time(&self, channel: usize) -> f64 {
-        let told: Vec<(f64, f64)> = self.channels[channel]
+        let reported: Vec<(f64, f64)> = self.channels[channel]
             .iter()
             .filter(|(_, degrees)| *degrees >= ENOUGH)
             .map(|(sum, degrees)| (sum / degrees, *degrees))
             .collect();
-        let Some((first, _)) = told.first() else { return self.few(channel) };
+        let Some((first, _)) = reported.first() else { return self.few(channel) };
         let mut time = *first;
         let mut growth = 0.0;
-        for (next, degrees) in &told[1..] {
+        for (next, degrees) in &reported[1..] {
             if *next <= time * (1.0 + 2.0 * (2.0 / degrees).sqrt()) {
                 growth = 0.0;
                 break;

@@ -69,8 +69,8 @@ mod tests {
                 variances += variance / f64::from(places);
                 errors += ((mean - truth).powi(2) - variance / 2000.0) / f64::from(places);
             }
-            let told = rounding_of_readings(1.0, variances);
-            assert!((told - errors).abs() < 0.05 * errors + 1e-4, "{noise}: {told} {errors}");
+            let reported = rounding_of_readings(1.0, variances);
+            assert!((reported - errors).abs() < 0.05 * errors + 1e-4, "{noise}: {reported} {errors}");
         }
     }
 }

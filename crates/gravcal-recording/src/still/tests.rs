@@ -423,7 +423,7 @@ fn only_the_part_that_is_asked_for_is_looked_at_and_short_standstills_may_be_lef
 }
 
 #[test]
-fn what_is_missing_is_told() {
+fn what_is_missing_is_reported() {
     let (rows, _) = Recording::default().rows();
     let mut wrong = mapping();
     wrong.positions[1].column = "r".to_owned();

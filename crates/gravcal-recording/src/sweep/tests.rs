@@ -162,7 +162,7 @@ fn turning_points_and_stops_are_left_out() {
 }
 
 #[test]
-fn what_is_no_slow_sweep_is_told() {
+fn what_is_no_slow_sweep_is_reported() {
     let reasons = |recorder: &Recorder, rule: &SweepRule| {
         let sweeps = recorder.sweeps(rule);
         (sweeps.found.len(), sweeps.rejected.iter().map(|rejected| rejected.reason).collect::<Vec<_>>())

@@ -32,7 +32,7 @@ pub(super) fn windows(
     let count = ((end - begin - reach) * OVERLAP / rule.length).floor();
     for number in 0..=count.max(0.0) as usize {
         let start = begin + before + number as f64 * rule.length / OVERLAP;
-        found.extend(Window { recorded, run, channels, rule, signs: &signs, start }.told());
+        found.extend(Window { recorded, run, channels, rule, signs: &signs, start }.reported());
     }
 }
 
@@ -74,7 +74,7 @@ impl Weighed {
 }
 
 impl Window<'_> {
-    fn told(&self) -> Option<MotionWindow> {
+    fn reported(&self) -> Option<MotionWindow> {
         let (joints, length) = (self.channels.joints, self.rule.length);
         let model = self.weighed(&self.of_model(), |_| true)?;
         let state =

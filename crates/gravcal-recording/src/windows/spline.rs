@@ -54,9 +54,9 @@ pub(super) fn of_joints(recorded: &Recorded, least: f64) -> Splines {
     let mut noise = Vec::new();
     for joint in 0..recorded.joints {
         let series: Vec<Series> = runs.iter().map(|run| Series::new(recorded, &run.rows, joint, unit)).collect();
-        let telling = series.iter().max_by_key(|series| series.values.len());
-        let Some(telling) = telling else { continue };
-        let density = telling.most_likely();
+        let informative = series.iter().max_by_key(|series| series.values.len());
+        let Some(informative) = informative else { continue };
+        let density = informative.most_likely();
         let (mut squares, mut count) = (0.0, 0.0);
         for (run, series) in runs.iter_mut().zip(&series) {
             let states = series.smooth(density);

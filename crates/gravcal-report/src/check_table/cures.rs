@@ -3,18 +3,18 @@
 use gravcal_calibration::check::{CheckReport, Curable, Cure, PredictedStd};
 
 use crate::sensor_row::shown_unit;
-use crate::undetermined::{Entry, tell_undetermined};
+use crate::undetermined::{Entry, report_undetermined};
 use gravcal_robot_model::number::significant;
 
 /// Of a cure of more parameters than these only their number is told; the JSON has them all.
 const LISTED: usize = 2;
 
-pub(super) fn tell(report: &CheckReport) -> String {
+pub(super) fn report(report: &CheckReport) -> String {
     if report.undetermined.is_empty() {
         return String::new();
     }
     let entries: Vec<Entry<'_>> = report.undetermined.iter().map(entry).collect();
-    format!("Undetermined by the joint estimator, cures in the order of effort\n{}", tell_undetermined(&entries))
+    format!("Undetermined by the joint estimator, cures in the order of effort\n{}", report_undetermined(&entries))
 }
 
 fn entry(curable: &Curable) -> Entry<'_> {

@@ -5,19 +5,20 @@ use gravcal_calibration::check::{CheckReport, SweepReport};
 use crate::grid::{Cell, Grid, Side};
 use crate::text::wrapped;
 
-pub(super) fn tell(report: &CheckReport) -> String {
+pub(super) fn report(report: &CheckReport) -> String {
     let poses = listed("Poses by load", &report.poses);
-    let standstills = report.standstills.iter().map(|told| wrapped("", "  ", told)).collect::<String>();
-    let notes = report.selection.iter().chain(&report.unmoved).map(|told| wrapped("", "  ", told)).collect::<String>();
+    let standstills = report.standstills.iter().map(|reported| wrapped("", "  ", reported)).collect::<String>();
+    let notes =
+        report.selection.iter().chain(&report.unmoved).map(|reported| wrapped("", "  ", reported)).collect::<String>();
     poses + &listed("Torque readings by joint", &report.torque_readings) + &standstills + &notes
 }
 
 fn listed(heading: &str, counts: &[(String, usize)]) -> String {
-    let told: Vec<String> = counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
-    wrapped(&format!("{heading}: "), "  ", &told.join(", "))
+    let reported: Vec<String> = counts.iter().map(|(name, count)| format!("{name} {count}")).collect();
+    wrapped(&format!("{heading}: "), "  ", &reported.join(", "))
 }
 
-pub(super) fn tell_sweeps(report: &CheckReport) -> String {
+pub(super) fn report_sweeps(report: &CheckReport) -> String {
     let mut text = format!("Sweeps\n{}", wrapped("  ", "  ", &report.sweep_rule));
     if report.sweeps.is_empty() {
         return text + "  none found\n";

@@ -10,7 +10,7 @@ use std::fmt;
 
 use gravcal_calibration::check::CheckReport;
 
-use crate::doubts::tell_doubts;
+use crate::doubts::report_doubts;
 use crate::json::{JsonError, json};
 use crate::payload_text::expected;
 use crate::text::wrapped;
@@ -31,18 +31,18 @@ pub struct CheckTable<'a> {
 impl fmt::Display for CheckTable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sections = [
-            tell_doubts(&self.report.doubts),
+            report_doubts(&self.report.doubts),
             verdict(self.robot, self.report),
-            parameters::tell(self.report),
+            parameters::report(self.report),
             payloads(self.report),
-            cures::tell(self.report),
-            parameters::tell_tilts(self.report),
-            data::tell(self.report),
-            if self.steps { data::tell_sweeps(self.report) } else { String::new() },
-            if self.steps { steps::tell(self.report) } else { String::new() },
+            cures::report(self.report),
+            parameters::report_tilts(self.report),
+            data::report(self.report),
+            if self.steps { data::report_sweeps(self.report) } else { String::new() },
+            if self.steps { steps::report(self.report) } else { String::new() },
         ];
-        let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
-        f.write_str(&told.join("\n"))
+        let reported: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
+        f.write_str(&reported.join("\n"))
     }
 }
 

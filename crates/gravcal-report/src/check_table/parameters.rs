@@ -10,7 +10,7 @@ use gravcal_robot_model::number::significant;
 /// Why something determined has no predicted standard deviation.
 const NO_NOISE: &str = "can be determined; how well depends on noise that no reading states";
 
-pub(super) fn tell(report: &CheckReport) -> String {
+pub(super) fn report(report: &CheckReport) -> String {
     let mut footnotes = Footnotes::default();
     let mut grid = Grid::new(vec![Side::Left, Side::Left, Side::Right]);
     grid.row(["", "unit", "predicted std"].map(Cell::text).into());
@@ -39,7 +39,7 @@ fn known(parameter: &CheckedParameter, factor: f64, footnotes: &mut Footnotes) -
     }
 }
 
-pub(super) fn tell_tilts(report: &CheckReport) -> String {
+pub(super) fn report_tilts(report: &CheckReport) -> String {
     if report.tilts.is_empty() {
         return String::new();
     }

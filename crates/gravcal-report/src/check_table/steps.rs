@@ -4,12 +4,12 @@ use gravcal_calibration::check::{CheckReport, StepReport};
 
 use crate::text::wrapped;
 
-pub(super) fn tell(report: &CheckReport) -> String {
+pub(super) fn report(report: &CheckReport) -> String {
     if report.steps.is_empty() {
         return format!("Sequential procedure\n{}", wrapped("  ", "    ", NO_SERIAL_CHAIN));
     }
-    let told: String = report.steps.iter().map(|step| wrapped("  ", "    ", &in_words(step))).collect();
-    format!("Sequential procedure\n{told}")
+    let reported: String = report.steps.iter().map(|step| wrapped("  ", "    ", &in_words(step))).collect();
+    format!("Sequential procedure\n{reported}")
 }
 
 const NO_SERIAL_CHAIN: &str = "none: its steps go along one serial chain, and this robot branches, has joints that mimic \

@@ -6,7 +6,7 @@ use gravcal_calibration::check::{CheckReport, CheckedParameter, StepReport};
 use gravcal_robot_model::number::significant;
 
 use super::{cures, data, in_words, payloads};
-use crate::doubts::tell_doubts;
+use crate::doubts::report_doubts;
 use crate::further_parameters::further_parameters;
 use crate::joint_table::{Entry, joint_table};
 use crate::sensor_row::shown_unit;
@@ -36,7 +36,7 @@ impl fmt::Display for CheckSummary<'_> {
             .iter()
             .map(|parameter| Entry { name: &parameter.name, unit: &parameter.unit, cell: std(parameter) })
             .collect();
-        let doubts = tell_doubts(&report.doubts);
+        let doubts = report_doubts(&report.doubts);
         if !doubts.is_empty() {
             writeln!(f, "{doubts}")?;
         }
@@ -51,8 +51,8 @@ impl fmt::Display for CheckSummary<'_> {
         f.write_str(&joint_table(&entries))?;
         f.write_str(&first_lines(&further_parameters(&entries), further))?;
         f.write_str(&payloads(report))?;
-        f.write_str(&first_lines(&cures::tell(report), cures))?;
-        f.write_str(&first_lines(&data::tell(report), data))?;
+        f.write_str(&first_lines(&cures::report(report), cures))?;
+        f.write_str(&first_lines(&data::report(report), data))?;
         if self.steps {
             f.write_str(&first_lines(&unfound(&report.steps), steps))?;
         }

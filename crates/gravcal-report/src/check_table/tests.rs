@@ -143,12 +143,12 @@ fn a_complete_session_says_so_first() {
 
 #[test]
 fn an_upright_base_is_said_to_be_assumed() {
-    let told = |assumes_upright| {
+    let reported = |assumes_upright| {
         let report = CheckReport { assumes_upright, ..report() };
         CheckSummary { robot: "arm", report: &report, steps: false }.to_string()
     };
     let said = "Assumed: an upright base, as no [gravity] hemisphere is stated.\n";
-    assert!(told(true).contains(said) && !told(false).contains(said));
+    assert!(reported(true).contains(said) && !reported(false).contains(said));
 }
 
 #[test]
@@ -157,10 +157,10 @@ fn a_tilt_without_stated_noise_tells_what_can_be_determined() {
     let tilt = TiltReport { tilt_deg: 5.0, torque_gain: gain(false), position_gain: gain(true) };
     let text =
         CheckTable { robot: "arm", report: &CheckReport { tilts: vec![tilt], ..report() }, steps: true }.to_string();
-    let told = "  tilt, deg  torque gain, %  position gain, %\n\
+    let reported = "  tilt, deg  torque gain, %  position gain, %\n\
                 \x20       5.0    undetermined    determined [1]\n\
                 \x20 [1] can be determined; how well depends on noise that no reading states\n";
-    assert!(text.contains(told), "{text}");
+    assert!(text.contains(reported), "{text}");
 }
 
 #[test]
@@ -181,8 +181,8 @@ fn of_a_cure_of_many_parameters_some_are_listed() {
     let text = CheckTable { robot: "arm", report: &CheckReport { undetermined: vec![many], ..report() }, steps: true }
         .to_string();
     let words: Vec<&str> = text.split_whitespace().collect();
-    let told = "joint1.torque_gain ± 0.50 count/(N·m), joint2.torque_gain ± 0.25 count/(N·m), … (3 in all)";
-    assert!(words.join(" ").contains(told), "{text}");
+    let reported = "joint1.torque_gain ± 0.50 count/(N·m), joint2.torque_gain ± 0.25 count/(N·m), … (3 in all)";
+    assert!(words.join(" ").contains(reported), "{text}");
 }
 
 #[test]

@@ -33,11 +33,11 @@ pub(super) fn warnings(comparison: &Comparison, shared: &[String], robots: &[Str
 
 fn other_model(sensor: &SensorComparison) -> Option<String> {
     let SensorComparison { name, models_differ_in, .. } = sensor;
-    let told = format!(
+    let reported = format!(
         "{name} has different models: {} is not in all of these. Its other parameters may differ though it has not moved.",
         models_differ_in.join(", ")
     );
-    (!models_differ_in.is_empty()).then_some(told)
+    (!models_differ_in.is_empty()).then_some(reported)
 }
 
 /// What makes calibrations depend on each other: a recording that several read, or one that is another's knowledge. `own`: each

@@ -71,7 +71,7 @@ fn sensor(sensor: &SensorComparison) -> SensorDocument<'_> {
     let SensorComparison { name, parameters, left_out, in_all, models_differ_in, test } = sensor;
     SensorDocument {
         name,
-        test: test.as_ref().map(told),
+        test: test.as_ref().map(reported),
         parameters: parameters.iter().map(parameter).collect(),
         left_out: left_out.iter().map(LeftOut::to_string).collect(),
         in_all: *in_all,
@@ -79,7 +79,7 @@ fn sensor(sensor: &SensorComparison) -> SensorDocument<'_> {
     }
 }
 
-fn told(test: &HomogeneityTest) -> TestDocument {
+fn reported(test: &HomogeneityTest) -> TestDocument {
     let HomogeneityTest { chi_squared, degrees_of_freedom, p_value, corrected_p_value, moved, largest_step } = *test;
     let largest_step = [largest_step.0 + 1, largest_step.0 + 2];
     TestDocument { chi_squared, degrees_of_freedom, p_value, corrected_p_value, moved, largest_step }

@@ -139,12 +139,12 @@ mod tests {
         let robots = ["a.urdf (calibration 1)".to_owned(), "b.urdf (calibration 2)".to_owned()];
         let text = ComparisonReport { robots: &robots, ..report(&comparison, &files, &[]) }.to_string();
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        for told in [
+        for reported in [
             "Warning: their descriptions of the robot differ: a.urdf (calibration 1), b.urdf (calibration 2).",
             "Warning: not in all of these: joint1 position.",
             "Warning: joint2 torque has different models: joint2.coulomb_friction is not in all of these.",
         ] {
-            assert!(words.contains(told), "{text}");
+            assert!(words.contains(reported), "{text}");
         }
     }
 

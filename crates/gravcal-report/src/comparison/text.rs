@@ -23,9 +23,9 @@ pub(super) fn text(report: &ComparisonReport<'_>) -> String {
 /// What must be known before a sensor is blamed.
 fn doubts(comparison: &Comparison) -> String {
     let doubtful = comparison.doubts.iter().enumerate().filter(|(_, doubts)| !doubts.is_empty());
-    let told: Vec<String> =
+    let reported: Vec<String> =
         doubtful.map(|(index, doubts)| format!("calibration {} ({})", index + 1, doubts.join("; "))).collect();
-    if told.is_empty() { String::new() } else { wrapped("", "  ", &format!("Doubtful: {}", told.join(", "))) }
+    if reported.is_empty() { String::new() } else { wrapped("", "  ", &format!("Doubtful: {}", reported.join(", "))) }
 }
 
 fn verdict(comparison: &Comparison) -> String {
@@ -59,11 +59,11 @@ fn base_frame(comparison: &Comparison) -> String {
     if offsets.is_empty() || comparison.moved().all(|sensor| sensor.name != GRAVITY) {
         return String::new();
     }
-    let told = format!(
+    let reported = format!(
         "Gravity stands in the frame of the base, which {offsets} defines: either the base was tilted, or that offset moved. \
          A level on the base tells which."
     );
-    wrapped("  ", "  ", &told)
+    wrapped("  ", "  ", &reported)
 }
 
 fn warnings(report: &ComparisonReport<'_>) -> String {
@@ -126,8 +126,8 @@ fn probability(p: f64) -> String {
 
 /// Values of what moved, calibration by calibration.
 fn values(report: &ComparisonReport<'_>) -> String {
-    let told = |sensor: &&SensorComparison| report.verbose || sensor.test.as_ref().is_some_and(|test| test.moved);
-    let sensors: Vec<&SensorComparison> = report.comparison.sensors.iter().filter(told).collect();
+    let reported = |sensor: &&SensorComparison| report.verbose || sensor.test.as_ref().is_some_and(|test| test.moved);
+    let sensors: Vec<&SensorComparison> = report.comparison.sensors.iter().filter(reported).collect();
     if sensors.is_empty() {
         return String::new();
     }
@@ -150,6 +150,6 @@ fn values(report: &ComparisonReport<'_>) -> String {
 
 fn left_out(report: &ComparisonReport<'_>) -> String {
     let all = report.comparison.sensors.iter().flat_map(|sensor| &sensor.left_out);
-    let told: String = all.map(|what| wrapped("  ", "    ", &what.to_string())).collect();
-    if told.is_empty() { told } else { format!("Not compared\n{told}") }
+    let reported: String = all.map(|what| wrapped("  ", "    ", &what.to_string())).collect();
+    if reported.is_empty() { reported } else { format!("Not compared\n{reported}") }
 }

@@ -128,8 +128,8 @@ fn left_out(estimate: &EarlierEstimate, joints: &[String], instruments: &[Instru
         left.push(if partly { &parameter.name } else { owner });
     }
     left.dedup();
-    let told = format!("{} left out, which csv, markdown and latex hold", left.join(", "));
-    (!left.is_empty()).then_some(told)
+    let reported = format!("{} left out, which csv, markdown and latex hold", left.join(", "));
+    (!left.is_empty()).then_some(reported)
 }
 
 /// Values as they are taken.

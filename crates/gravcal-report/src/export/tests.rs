@@ -74,14 +74,14 @@ fn names_read_back() {
 #[test]
 fn every_format_states_its_convention_and_where_it_comes_from() {
     for format in AFFINE.into_iter().chain([ExportFormat::Markdown, ExportFormat::Latex]) {
-        let told = text(format).replace('\\', "");
-        assert!(told.contains("calibration.json (joint)"), "{told}");
+        let reported = text(format).replace('\\', "");
+        assert!(reported.contains("calibration.json (joint)"), "{reported}");
         let convention = match format {
             ExportFormat::Ros2 => "raw = gain * true + bias",
             ExportFormat::C | ExportFormat::Python => "position_gain * reading",
             _ => "torque_gain, torque_bias, position_gain, position_offset: an equation",
         };
-        assert!(told.contains(convention), "{told}");
+        assert!(reported.contains(convention), "{reported}");
     }
     assert!(text(ExportFormat::Csv).contains("an equation"));
 }

@@ -13,12 +13,12 @@ const NAMED: usize = 20;
 
 pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     let Some(main) = page.main() else { return html! {} };
-    let told = numbers(main);
+    let reported = numbers(main);
     html! {
-        @if !told.is_empty() || !main.active_constraints.is_empty() || !main.outliers.is_empty() {
+        @if !reported.is_empty() || !main.active_constraints.is_empty() || !main.outliers.is_empty() {
             section {
                 h2 { "How well the readings are explained" }
-                @for line in told { p { (line) } }
+                @for line in reported { p { (line) } }
                 (smaller(main))
                 (constraints(&main.active_constraints))
                 (outliers(&main.outliers))

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use crate::provenance::Provenance;
 
 pub(super) fn section(provenance: &Provenance) -> Markup {
-    let (program, inputs, options) = provenance.told();
+    let (program, inputs, options) = provenance.reported();
     html! {
         section {
             h2 { "Where it comes from" }

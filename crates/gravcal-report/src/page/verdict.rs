@@ -46,7 +46,7 @@ fn gravity(result: &EstimatorResult) -> Markup {
 
 /// The other estimators in a line each.
 fn others(page: &CalibrationPage<'_>, main: &EstimatorResult) -> Markup {
-    let told = |result: &EstimatorResult| match result.verdict {
+    let reported = |result: &EstimatorResult| match result.verdict {
         Verdict::Determined => "determined",
         Verdict::PartlyDetermined => "partly determined",
         Verdict::Failed => "failed",
@@ -55,7 +55,7 @@ fn others(page: &CalibrationPage<'_>, main: &EstimatorResult) -> Markup {
         p.small {
             "Decided by the estimator " b { (main.name) } ": " (main.termination) "; " (main.iterations) " iterations."
             @for other in page.results.iter().filter(|other| other.name != main.name) {
-                " " (capital(&other.name)) ": " (told(other)) "."
+                " " (capital(&other.name)) ": " (reported(other)) "."
             }
         }
     }

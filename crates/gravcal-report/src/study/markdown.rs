@@ -11,7 +11,7 @@ pub(super) fn markdown(report: &StudyReport<'_>) -> String {
     let mut text = String::new();
     for point in 0..manifest.points.len() {
         if manifest.points.len() > 1 {
-            text.push_str(&format!("## {}\n\n", manifest.told(point)));
+            text.push_str(&format!("## {}\n\n", manifest.reported(point)));
         }
         let names: Vec<String> = report.at(point).map(|series| report.name(series)).collect();
         report.at(point).for_each(|series| text.push_str(&format!("- {}\n", heading(report, series))));

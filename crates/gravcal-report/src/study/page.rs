@@ -46,10 +46,10 @@ fn finding(report: &StudyReport<'_>, series: &Series) -> String {
         quantities.filter(|(_, quantity)| quantity.estimates == 0).map(|((name, _), _)| name.as_str()).collect();
     let mut text = heading(report, series);
     if let Some(range) = Range::over_quantities([series].into_iter(), over_bound) {
-        text += &format!("; errors {} of the bound", range.told());
+        text += &format!("; errors {} of the bound", range.reported());
     }
     if let Some(range) = Range::over_quantities([series].into_iter(), coverage) {
-        text += &format!("; {} % of the 95 % intervals hold the truth", range.told());
+        text += &format!("; {} % of the 95 % intervals hold the truth", range.reported());
     }
     if !silent.is_empty() {
         text += &format!("; no estimate of {}", silent.join(", "));
@@ -61,7 +61,7 @@ fn of_point(report: &StudyReport<'_>, point: usize) -> Markup {
     let manifest = report.manifest;
     html! {
         section {
-            h2 { @if manifest.points.len() > 1 { (manifest.told(point)) } @else { "Errors" } }
+            h2 { @if manifest.points.len() > 1 { (manifest.reported(point)) } @else { "Errors" } }
             @if manifest.points.len() > 1 { ul { @for series in report.at(point) { li { (finding(report, series)) } } } }
             div.wide { table {
                 thead { tr {

@@ -109,8 +109,8 @@ fn shows_all(manifest: &Manifest, axis: usize) -> bool {
 /// Where the other axes are, if only one of their values is shown.
 fn others(manifest: &Manifest, axis: usize) -> String {
     let others = manifest.axes.iter().enumerate().filter(|(other, _)| *other != axis && !shows_all(manifest, axis));
-    let told: Vec<String> = others.map(|(_, other)| format!("{} = {}", other.name, other.labels[0])).collect();
-    if told.is_empty() { String::new() } else { format!(" (at {} only)", told.join(", ")) }
+    let reported: Vec<String> = others.map(|(_, other)| format!("{} = {}", other.name, other.labels[0])).collect();
+    if reported.is_empty() { String::new() } else { format!(" (at {} only)", reported.join(", ")) }
 }
 
 fn described(manifest: &Manifest, axis: usize) -> String {

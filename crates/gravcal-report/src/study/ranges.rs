@@ -25,7 +25,7 @@ impl Range {
     }
 
     /// `0.98 to 1.02`, or one number where both look alike.
-    pub fn told(&self) -> String {
+    pub fn reported(&self) -> String {
         let [low, high] = self.0.map(|value| significant(value, 3));
         if low == high { low } else { format!("{low} to {high}") }
     }
@@ -47,7 +47,7 @@ mod tests {
 
     #[test]
     fn numbers_that_are_none_do_not_count() {
-        let range = |values: &[f64]| Range::of(values.iter().copied()).map(|range| range.told());
+        let range = |values: &[f64]| Range::of(values.iter().copied()).map(|range| range.reported());
         assert_eq!(range(&[f64::NAN, 34.21, 0.98]), Some("0.980 to 34.2".to_owned()));
         assert_eq!(range(&[1.0001, 1.0]), Some("1.00".to_owned()));
         assert_eq!(range(&[f64::NAN]), None);

@@ -73,15 +73,15 @@ fn intervals(report: &StudyReport<'_>) -> String {
         let named = report.manifest.quantities.iter().zip(&series.quantities);
         named.map(move |((name, _), quantity)| (series, name, quantity))
     });
-    let told: Vec<_> = quantities.filter(|(.., quantity)| quantity.estimates > 0).collect();
-    let worst = told.iter().filter(|(.., quantity)| too_seldom(quantity));
+    let reported: Vec<_> = quantities.filter(|(.., quantity)| quantity.estimates > 0).collect();
+    let worst = reported.iter().filter(|(.., quantity)| too_seldom(quantity));
     let count = worst.clone().count();
     let worst = worst.min_by(|a, b| a.2.coverage.value.total_cmp(&b.2.coverage.value));
-    match (told.len(), worst) {
+    match (reported.len(), worst) {
         (0, _) => "No trial has an estimate.".to_owned(),
         (_, None) => "The 95 % intervals of every number hold the truth as often as they should.".to_owned(),
         (all, Some((series, name, quantity))) => {
-            let at = report.manifest.told(series.point);
+            let at = report.manifest.reported(series.point);
             let at = if at.is_empty() { at } else { format!(" at {at}") };
             format!(
                 "Of {count} of {all} numbers the 95 % intervals hold the truth too seldom. The worst: {name} by {}{at}, {} %.",
@@ -170,7 +170,7 @@ fn head(report: &StudyReport<'_>, apart: usize, compares: bool) -> Vec<String> {
 }
 
 fn row(report: &StudyReport<'_>, apart: usize, compares: bool, line: &Line<'_>) -> Vec<String> {
-    let told = |range: Option<Range>| range.map_or_else(|| "–".to_owned(), |range| range.told());
+    let reported = |range: Option<Range>| range.map_or_else(|| "–".to_owned(), |range| range.reported());
     let series = || line.series.iter().copied();
     let mut row: Vec<String> = Vec::new();
     if apart > 0 {
@@ -181,10 +181,10 @@ fn row(report: &StudyReport<'_>, apart: usize, compares: bool, line: &Line<'_>) 
         row.push(line.series.first().map(|series| report.name(series)).unwrap_or_default());
     }
     row.push(format!("{} %", shortest(100.0 * answered(series()))));
-    row.push(told(Range::over_quantities(series(), over_bound)));
-    row.push(told(Range::over_quantities(series(), coverage)));
+    row.push(reported(Range::over_quantities(series(), over_bound)));
+    row.push(reported(Range::over_quantities(series(), coverage)));
     if compares {
-        row.push(told(Range::of(series().flat_map(|series| over_last(report, series)))));
+        row.push(reported(Range::of(series().flat_map(|series| over_last(report, series)))));
     }
     row
 }
@@ -206,7 +206,7 @@ fn over_last(report: &StudyReport<'_>, series: &Series) -> Vec<f64> {
 
 /// Which quantities an estimator never has, at no point.
 fn silent(report: &StudyReport<'_>) -> String {
-    let told = lines(report, 0).into_iter().filter_map(|line| {
+    let reported = lines(report, 0).into_iter().filter_map(|line| {
         let names = report.manifest.quantities.iter().enumerate();
         let never = names.filter(|(at, _)| line.series.iter().all(|series| series.quantities[*at].estimates == 0));
         let never: Vec<&str> = never.map(|(_, (name, _))| name.as_str()).collect();
@@ -217,8 +217,8 @@ fn silent(report: &StudyReport<'_>) -> String {
             _ => Some(format!("{name} has no estimate of {}", never.join(", "))),
         }
     });
-    let told: Vec<String> = told.collect();
-    if told.is_empty() { String::new() } else { wrapped("", "  ", &format!("{}.", told.join("; "))) }
+    let reported: Vec<String> = reported.collect();
+    if reported.is_empty() { String::new() } else { wrapped("", "  ", &format!("{}.", reported.join("; "))) }
 }
 
 /// Why trials failed, the most frequent reason first.
@@ -231,10 +231,10 @@ fn failures(report: &StudyReport<'_>) -> String {
     }
     let mut reasons: Vec<_> = reasons.into_iter().collect();
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    let told = reasons
+    let reported = reasons
         .iter()
         .map(|((name, reason), count)| wrapped("", "  ", &format!("{name} failed {count} times: {reason}")));
-    told.collect()
+    reported.collect()
 }
 
 fn legend(report: &StudyReport<'_>, apart: usize) -> String {
@@ -261,7 +261,7 @@ mod tests {
     use super::*;
     use crate::study::testing::{TRIALS, axis, manifest, quantity, series};
 
-    fn told(manifest: &Manifest, series: &[Series]) -> String {
+    fn reported(manifest: &Manifest, series: &[Series]) -> String {
         let text = StudySummary(StudyReport { manifest, series }).to_string();
         assert!(text.lines().count() <= MOST, "{text}");
         assert!(text.lines().all(|line| width(line) <= WIDTH), "{text}");
@@ -271,7 +271,7 @@ mod tests {
     #[test]
     fn every_point_has_a_line_where_there_is_room() {
         let manifest = manifest(&["sequential", "joint"], vec![axis("noise", &["0.2", "0.8", "3.2"])]);
-        let text = told(&manifest, &series(&manifest));
+        let text = reported(&manifest, &series(&manifest));
         let row = |label: &str, name: &str| {
             let mut rows = text.lines().filter(|line| line.starts_with(label) && line.contains(name));
             rows.next().unwrap_or_else(|| panic!("{text}")).split_whitespace().collect::<Vec<_>>().join(" ")
@@ -289,10 +289,10 @@ mod tests {
         let mut series = series(&manifest);
         // 0.907 is 3.95 standard errors below, and may be chance; 0.905 is 4.1.
         series[0].quantities[0] = quantity(3.0, 0.907, TRIALS);
-        assert!(told(&manifest, &series).contains("as often as they should"));
+        assert!(reported(&manifest, &series).contains("as often as they should"));
         series[0].quantities[0] = quantity(3.0, 0.905, TRIALS);
         series[2].quantities[1] = quantity(3.0, 0.81, TRIALS);
-        let text = told(&manifest, &series).split_whitespace().collect::<Vec<_>>().join(" ");
+        let text = reported(&manifest, &series).split_whitespace().collect::<Vec<_>>().join(" ");
         let worst = "joint1.torque_bias by sequential at noise = 0.8 count, 81.0 %.";
         assert!(
             text.contains(&format!(
@@ -317,7 +317,7 @@ mod tests {
             series.outcomes = [0, 0, TRIALS];
             series.reasons = vec![(format!("reason {at}: {long}, {long}"), TRIALS)];
         }
-        let text = told(&manifest, &series);
+        let text = reported(&manifest, &series);
         let rows = text.lines().filter(|line| line.contains("sequential") && line.contains("0 %")).count();
         assert_eq!(rows, 1, "{text}");
         assert!(text.contains("3.00 to 9.00") && text.contains("values of"), "{text}");
@@ -331,6 +331,6 @@ mod tests {
     fn more_estimators_than_lines_are_said_to_be_more() {
         let names: Vec<String> = (0..40).map(|at| format!("estimator-{at}")).collect();
         let manifest = manifest(&names.iter().map(String::as_str).collect::<Vec<_>>(), Vec::new());
-        assert!(told(&manifest, &series(&manifest)).contains('…'));
+        assert!(reported(&manifest, &series(&manifest)).contains('…'));
     }
 }

@@ -21,7 +21,7 @@ pub(super) fn text(report: &StudyReport<'_>) -> String {
     let mut text = format!("{trials} trials{each}\n{EXPLAINED}");
     for point in 0..points {
         if points > 1 {
-            text.push_str(&format!("\n{}\n", manifest.told(point)));
+            text.push_str(&format!("\n{}\n", manifest.reported(point)));
         }
         for series in report.at(point) {
             text.push('\n');
@@ -35,9 +35,9 @@ pub(super) fn text(report: &StudyReport<'_>) -> String {
 /// `sequential: determined 100 %, 12.3 iterations`.
 pub(super) fn heading(report: &StudyReport<'_>, series: &Series) -> String {
     let shares = Outcome::ALL.into_iter().filter(|outcome| series.outcomes[*outcome as usize] > 0);
-    let told: Vec<String> = shares.map(|outcome| format!("{outcome} {}", percent(series.share(outcome)))).collect();
+    let reported: Vec<String> = shares.map(|outcome| format!("{outcome} {}", percent(series.share(outcome)))).collect();
     let iterations = significant(series.iterations.value, 3);
-    format!("{}: {}; {iterations} iterations", report.name(series), told.join(", "))
+    format!("{}: {}; {iterations} iterations", report.name(series), reported.join(", "))
 }
 
 fn percent(share: f64) -> String {

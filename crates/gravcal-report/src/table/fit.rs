@@ -9,13 +9,17 @@ use gravcal_robot_model::number::significant;
 /// Below this probability the stated noise and the model do not go together.
 pub(crate) const IMPROBABLE: f64 = 1e-3;
 
-pub(super) fn tell(results: &[EstimatorResult]) -> String {
+pub(super) fn report(results: &[EstimatorResult]) -> String {
     let fits = results.iter().filter_map(|result| Some((result.name.as_str(), result.fit.as_ref()?)));
-    let told: String = fits.map(|(name, fit)| tell_one(name, fit)).collect();
-    if told.is_empty() { told } else { format!("Fit: residuals of the torque readings, in their unit\n{told}") }
+    let reported: String = fits.map(|(name, fit)| report_one(name, fit)).collect();
+    if reported.is_empty() {
+        reported
+    } else {
+        format!("Fit: residuals of the torque readings, in their unit\n{reported}")
+    }
 }
 
-fn tell_one(name: &str, fit: &Fit) -> String {
+fn report_one(name: &str, fit: &Fit) -> String {
     let mut text = wrapped("  ", "    ", &format!("{name}: {}", chi_squared(fit)));
     if let Some(held_out) = &fit.held_out {
         text += &wrapped("    ", "    ", &prediction(held_out));
@@ -73,11 +77,11 @@ pub(crate) fn unexplained_error(joint: &JointFit, unexplained: &UnexplainedResul
         return format!("{joint}: nothing unexplained, the noise explains the residuals");
     }
     let stated = if *estimated { "" } else { " as stated" };
-    let mut told = format!("{joint}: unexplained {} {unit}{stated}", significant(*std, 2));
-    told += &format!(", {} times the noise", significant(*times_noise, 2));
+    let mut reported = format!("{joint}: unexplained {} {unit}{stated}", significant(*std, 2));
+    reported += &format!(", {} times the noise", significant(*times_noise, 2));
     // A joint that carries little is held against another.
     let own = share_of_gravity.filter(|share| share * gravity_std > 0.99 * std);
-    told += &match (own, share_of_gravity) {
+    reported += &match (own, share_of_gravity) {
         (Some(share), _) => format!(", {} % of gravity's part in its readings", significant(100.0 * share, 2)),
         (None, Some(share)) => format!(
             ", {} % of a tenth of gravity's part where that is largest (it carries less itself)",
@@ -85,7 +89,7 @@ pub(crate) fn unexplained_error(joint: &JointFit, unexplained: &UnexplainedResul
         ),
         (None, None) => String::new(),
     };
-    told
+    reported
 }
 
 pub(crate) fn chi_squared(fit: &Fit) -> String {
@@ -178,7 +182,7 @@ mod tests {
         let mut joint = result("joint");
         joint.fit = Some(fit());
         assert_eq!(
-            tell(&[joint]),
+            report(&[joint]),
             "\
 Fit: residuals of the torque readings, in their unit
   joint: χ² 101.30 for 95 degrees of freedom, p = 0.31
@@ -193,30 +197,30 @@ Fit: residuals of the torque readings, in their unit
 
     #[test]
     fn smaller_models_stand_before_this_one() {
-        let mut told = fit();
-        assert!(smaller_models(&told).is_empty());
-        let mut held_out = told.held_out.clone().unwrap();
+        let mut reported = fit();
+        assert!(smaller_models(&reported).is_empty());
+        let mut held_out = reported.held_out.clone().unwrap();
         held_out.joints[0].rms = 3.25;
-        told.smaller_models.push(SmallerModel { kind: SmallerModelKind::GravityAndFriction, held_out });
-        let rows = smaller_models(&told);
+        reported.smaller_models.push(SmallerModel { kind: SmallerModelKind::GravityAndFriction, held_out });
+        let rows = smaller_models(&reported);
         assert_eq!(rows, [["", "unit", "with friction", "this model"], ["joint1", "count", "3.25", "0.912"]]);
-        assert!(tell_one("joint", &told).contains("    joint1  count           3.25       0.912\n"));
+        assert!(report_one("joint", &reported).contains("    joint1  count           3.25       0.912\n"));
     }
 
     #[test]
     fn probabilities_in_words() {
-        let told = |p_value| probability(&Fit { p_value, ..fit() });
-        assert_eq!(told(Some(0.054)), "p = 0.054");
-        assert_eq!(told(Some(0.0)), "p < 0.001: model and stated noise do not explain the readings");
-        assert_eq!(told(Some(0.99995)), "p > 0.999: the residuals are smaller than the stated noise");
-        assert_eq!(told(None), "no p-value");
+        let reported = |p_value| probability(&Fit { p_value, ..fit() });
+        assert_eq!(reported(Some(0.054)), "p = 0.054");
+        assert_eq!(reported(Some(0.0)), "p < 0.001: model and stated noise do not explain the readings");
+        assert_eq!(reported(Some(0.99995)), "p > 0.999: the residuals are smaller than the stated noise");
+        assert_eq!(reported(None), "no p-value");
     }
 
     #[test]
     fn under_a_loss_the_median_is_judged() {
-        let told = chi_squared(&Fit { median_ratio: Some(1.023), ..fit() });
+        let reported = chi_squared(&Fit { median_ratio: Some(1.023), ..fit() });
         assert_eq!(
-            told,
+            reported,
             "median residual 1.02 times that of the stated noise, p = 0.31; χ² 101.30 for 95 degrees of freedom, outliers \
              included"
         );
@@ -226,30 +230,30 @@ Fit: residuals of the torque readings, in their unit
     fn estimated_noise_has_no_p_value() {
         let mut estimated = joint_fit("joint1");
         estimated.noise_estimated = true;
-        let told = tell_one("joint", &Fit { p_value: None, joints: vec![estimated], held_out: None, ..fit() });
-        assert!(told.contains("noise estimated from the\n    residuals, no p-value\n"), "{told}");
-        assert!(!told.contains("held out"), "{told}");
-        assert!(told.contains("~0.80") && told.ends_with("    ~ estimated from the residuals\n"), "{told}");
+        let reported = report_one("joint", &Fit { p_value: None, joints: vec![estimated], held_out: None, ..fit() });
+        assert!(reported.contains("noise estimated from the\n    residuals, no p-value\n"), "{reported}");
+        assert!(!reported.contains("held out"), "{reported}");
+        assert!(reported.contains("~0.80") && reported.ends_with("    ~ estimated from the residuals\n"), "{reported}");
     }
 
     #[test]
     fn unexplained_errors_stand_beside_noise_and_gravity() {
-        let told = |std: f64, gravity_std: f64, share_of_gravity| {
+        let reported = |std: f64, gravity_std: f64, share_of_gravity| {
             let unexplained =
                 UnexplainedResult { std, estimated: true, times_noise: std / 0.00245, gravity_std, share_of_gravity };
             let joint = JointFit { unit: "N·m".to_owned(), unexplained: Some(unexplained), ..joint_fit("joint2") };
             unexplained_error(&joint, &unexplained)
         };
         assert_eq!(
-            told(0.049, 49.0, Some(0.001)),
+            reported(0.049, 49.0, Some(0.001)),
             "joint2: unexplained 0.049 N·m, 20 times the noise, 0.10 % of gravity's part in its readings"
         );
         assert_eq!(
-            told(0.049, 0.0, Some(0.01)),
+            reported(0.049, 0.0, Some(0.01)),
             "joint2: unexplained 0.049 N·m, 20 times the noise, 1.0 % of a tenth of gravity's part where that is largest (it \
              carries less itself)"
         );
-        assert_eq!(told(0.0, 49.0, Some(0.0)), "joint2: nothing unexplained, the noise explains the residuals");
+        assert_eq!(reported(0.0, 49.0, Some(0.0)), "joint2: nothing unexplained, the noise explains the residuals");
         let joint = JointFit {
             unexplained: Some(UnexplainedResult {
                 std: 0.049,
@@ -260,7 +264,10 @@ Fit: residuals of the torque readings, in their unit
             }),
             ..joint_fit("joint2")
         };
-        let told = tell_one("joint", &Fit { p_value: None, joints: vec![joint], held_out: None, ..fit() });
-        assert!(told.contains("unexplained errors estimated") && told.contains("    joint2: unexplained"), "{told}");
+        let reported = report_one("joint", &Fit { p_value: None, joints: vec![joint], held_out: None, ..fit() });
+        assert!(
+            reported.contains("unexplained errors estimated") && reported.contains("    joint2: unexplained"),
+            "{reported}"
+        );
     }
 }

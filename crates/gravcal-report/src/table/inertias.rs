@@ -9,13 +9,13 @@ use gravcal_robot_model::number::significant;
 const HEADING: &str =
     "Consistent inertias: rigid bodies nearest to the readings and to the robot's file, without loads";
 
-pub(super) fn tell(results: &[EstimatorResult]) -> String {
+pub(super) fn report(results: &[EstimatorResult]) -> String {
     let models = results.iter().filter_map(|result| Some((result, result.consistent_model.as_ref()?)));
-    let told: String = models.map(|(result, model)| tell_one(result, model)).collect();
-    if told.is_empty() { told } else { format!("{HEADING}\n{told}") }
+    let reported: String = models.map(|(result, model)| report_one(result, model)).collect();
+    if reported.is_empty() { reported } else { format!("{HEADING}\n{reported}") }
 }
 
-fn tell_one(result: &EstimatorResult, model: &ConsistentModel) -> String {
+fn report_one(result: &EstimatorResult, model: &ConsistentModel) -> String {
     let mut text = grid(model).lines("  ");
     if !model.tensors_from_readings {
         text += &wrapped("  ", "    ", "Tensors are the file's: the arm stood.");
@@ -87,7 +87,7 @@ mod tests {
             held_out: Some(held_out),
         });
         assert_eq!(
-            tell(&[joint]),
+            report(&[joint]),
             "\
 Consistent inertias: rigid bodies nearest to the readings and to the robot's file, without loads
         mass  centre x        y       z    I_xx    I_yy    I_zz
@@ -98,6 +98,6 @@ Consistent inertias: rigid bodies nearest to the readings and to the robot's fil
     0.912 (0.912) count
 "
         );
-        assert_eq!(tell(&[result("joint")]), "");
+        assert_eq!(report(&[result("joint")]), "");
     }
 }

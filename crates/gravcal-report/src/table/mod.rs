@@ -15,9 +15,9 @@ use std::fmt;
 
 use gravcal_calibration::result::EstimatorResult;
 
-use crate::doubts::tell_doubts;
+use crate::doubts::report_doubts;
 use crate::text::{plain, wrapped};
-use crate::undetermined::{Entry, tell_undetermined};
+use crate::undetermined::{Entry, report_undetermined};
 use shared::{Shared, by_content};
 
 /// The answers of the estimators side by side, as text of 80 columns.
@@ -40,21 +40,21 @@ pub struct CalibrationTable<'a> {
 impl fmt::Display for CalibrationTable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sections = [
-            tell_doubts(self.doubts),
-            verdict::tell(self.robot, self.results),
-            values::tell(self.results),
-            sensor_models::tell(self.results),
+            report_doubts(self.doubts),
+            verdict::report(self.robot, self.results),
+            values::report(self.results),
+            sensor_models::report(self.results),
             undetermined(self.results),
-            constraints::tell(self.results),
-            positions::tell(self.results),
-            fit::tell(self.results),
-            payloads::tell(self.results),
-            inertias::tell(self.results),
-            residual_tests::tell(self.results),
+            constraints::report(self.results),
+            positions::report(self.results),
+            fit::report(self.results),
+            payloads::report(self.results),
+            inertias::report(self.results),
+            residual_tests::report(self.results),
             notes(self.results),
         ];
-        let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
-        f.write_str(&plain(&told.join("\n")))
+        let reported: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
+        f.write_str(&plain(&reported.join("\n")))
     }
 }
 
@@ -63,15 +63,15 @@ fn undetermined(results: &[EstimatorResult]) -> String {
     let shared = by_content(results, |result| &result.undetermined).into_iter();
     let entries: Vec<Entry<'_>> =
         shared.map(|shared| Entry::of(shared.item, several.then_some(shared.names))).collect();
-    under("Undetermined", tell_undetermined(&entries))
+    under("Undetermined", report_undetermined(&entries))
 }
 
 fn notes(results: &[EstimatorResult]) -> String {
-    let tell = |note: &Shared<'_, String>| {
+    let report = |note: &Shared<'_, String>| {
         let whose = if note.everyone { String::new() } else { format!("{}: ", note.names) };
         wrapped("  - ", "    ", &format!("{whose}{}", note.item))
     };
-    under("Notes", by_content(results, |result| &result.notes).iter().map(tell).collect())
+    under("Notes", by_content(results, |result| &result.notes).iter().map(report).collect())
 }
 
 /// A section, or nothing where there is nothing to say.

@@ -7,11 +7,11 @@ use crate::text::wrapped;
 
 const HEADING: &str = "Loads of unknown mass, in the frame of the link that carries them";
 
-pub(super) fn tell(results: &[EstimatorResult]) -> String {
+pub(super) fn report(results: &[EstimatorResult]) -> String {
     let all = results.iter().flat_map(|result| result.payloads.iter().map(move |payload| (result, payload)));
-    let told: String =
+    let reported: String =
         all.map(|(result, payload)| wrapped("  ", "    ", &format!("{}: {}", result.name, found(payload)))).collect();
-    if told.is_empty() { told } else { format!("{HEADING}\n{told}") }
+    if reported.is_empty() { reported } else { format!("{HEADING}\n{reported}") }
 }
 
 #[cfg(test)]
@@ -43,9 +43,9 @@ mod tests {
                 undetermined: Some("no pose carries it".into()),
             },
         ];
-        let told = tell(&[joint]);
-        assert!(told.contains("load tool on link7, mass 1.500 ± 0.010 kg"), "{told}");
-        assert!(told.contains("load other on link7, undetermined: no pose carries it\n"), "{told}");
-        assert_eq!(tell(&[result("joint")]), "");
+        let reported = report(&[joint]);
+        assert!(reported.contains("load tool on link7, mass 1.500 ± 0.010 kg"), "{reported}");
+        assert!(reported.contains("load other on link7, undetermined: no pose carries it\n"), "{reported}");
+        assert_eq!(report(&[result("joint")]), "");
     }
 }

@@ -6,7 +6,7 @@ use crate::grid::{Cell, Grid, Side};
 use gravcal_robot_model::number::significant;
 
 /// Sections of the estimators that have such unknowns.
-pub(super) fn tell(results: &[EstimatorResult]) -> String {
+pub(super) fn report(results: &[EstimatorResult]) -> String {
     let several = results.len() > 1;
     let sections = results.iter().flat_map(|result| {
         let whose = if several { format!(" ({})", result.name) } else { String::new() };
@@ -22,7 +22,7 @@ fn deflections(deflections: &[DeflectionResult], whose: &str) -> Option<String> 
     let mut grid = Grid::new(vec![Side::Left, Side::Left, Side::Left, Side::Right, Side::Right]);
     grid.row(["", "joint", "unit", "", "known before"].map(Cell::text).into());
     for deflection in deflections {
-        let (unit, scale) = told_unit(&deflection.unit);
+        let (unit, scale) = reported_unit(&deflection.unit);
         let number = |value: f64| significant(scale * value, 2);
         let [first, last] = deflection.lines;
         grid.row(vec![
@@ -47,7 +47,7 @@ fn position_errors(errors: &[PositionErrorResult], whose: &str) -> Option<String
         Grid::new(vec![Side::Left, Side::Left, Side::Right, Side::Right, Side::Right, Side::Right, Side::Left]);
     grid.row(["joint", "unit", "poses", "rms", "std", "known before", ""].map(Cell::text).into());
     for error in errors {
-        let (unit, scale) = told_unit(&error.unit);
+        let (unit, scale) = reported_unit(&error.unit);
         let numbers = [error.rms, error.std, error.prior_std].map(|number| Cell::text(significant(scale * number, 2)));
         let mut row = vec![Cell::text(error.joint.clone()), Cell::text(unit), Cell::text(error.poses.to_string())];
         row.extend(numbers);
@@ -58,7 +58,7 @@ fn position_errors(errors: &[PositionErrorResult], whose: &str) -> Option<String
 }
 
 /// Angles are told in degrees.
-fn told_unit(unit: &str) -> (&str, f64) {
+fn reported_unit(unit: &str) -> (&str, f64) {
     if unit == "rad" { ("deg", 1f64.to_degrees()) } else { (unit, 1.0) }
 }
 
@@ -90,7 +90,7 @@ mod tests {
             observable: false,
         }];
         assert_eq!(
-            tell(&[joint]),
+            report(&[joint]),
             "Deflection of joints that stand\n\
              \x20                   joint   unit                            known before\n\
              \x20 sweep-3.csv:2-38  joint1  deg               0.29 ± 0.057        ± 0.57\n\
@@ -100,6 +100,6 @@ mod tests {
              \x20 joint   unit  poses     rms     std  known before\n\
              \x20 joint2  m        37  0.0010  0.0020        0.0020  not told by the readings\n"
         );
-        assert_eq!(tell(&[result("joint")]), "");
+        assert_eq!(report(&[result("joint")]), "");
     }
 }

@@ -7,13 +7,13 @@ use gravcal_robot_model::number::significant;
 
 const HEADING: &str = "Tests on residuals";
 
-pub(super) fn tell(results: &[EstimatorResult]) -> String {
+pub(super) fn report(results: &[EstimatorResult]) -> String {
     let tested = results.iter().filter(|result| !result.residual_tests.is_empty());
-    let told: String = tested.map(|result| tell_one(result, results.len() > 1)).collect();
-    if told.is_empty() { told } else { format!("{HEADING}\n{told}") }
+    let reported: String = tested.map(|result| report_one(result, results.len() > 1)).collect();
+    if reported.is_empty() { reported } else { format!("{HEADING}\n{reported}") }
 }
 
-fn tell_one(result: &EstimatorResult, several: bool) -> String {
+fn report_one(result: &EstimatorResult, several: bool) -> String {
     let named: Vec<String> = result.residual_tests.iter().filter(|test| test.named).map(in_words).collect();
     let whose = if several { format!("{}: ", result.name) } else { String::new() };
     let count = result.residual_tests.len();
@@ -44,7 +44,7 @@ mod tests {
     use crate::testing::result;
 
     #[test]
-    fn what_is_named_is_told_and_the_rest_counted() {
+    fn what_is_named_is_reported_and_the_rest_counted() {
         let test = |kind, size, unit: &str, named| ResidualTest {
             channel: "joint3".into(),
             kind,
@@ -60,12 +60,12 @@ mod tests {
             spoils_intervals: named,
         };
         let mut joint = result("joint");
-        assert_eq!(tell(&[joint.clone()]), "");
+        assert_eq!(report(&[joint.clone()]), "");
         joint.residual_tests = vec![test(ResidualTestKind::Neighbours, 0.01, "", false)];
-        let in_one_line = tell(&[joint.clone()]).split_whitespace().collect::<Vec<_>>().join(" ");
+        let in_one_line = report(&[joint.clone()]).split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(in_one_line.contains("name nothing"), "{in_one_line}");
         joint.residual_tests.insert(0, test(ResidualTestKind::Acceleration, 0.4, "N·m/(rad/s²)", true));
-        let text = tell(&[joint]);
+        let text = report(&[joint]);
         assert!(
             text.contains("1 of 2 name") && text.contains("joint3 acceleration: 0.40 N·m/(rad/s²), p < 0.001"),
             "{text}"

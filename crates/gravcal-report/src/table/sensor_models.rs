@@ -10,13 +10,13 @@ const HEADING: &str = "Sensor models, each tested against its absence";
 /// A smaller probability is told as smaller.
 const SMALL: f64 = 1e-3;
 
-pub(super) fn tell(results: &[EstimatorResult]) -> String {
+pub(super) fn report(results: &[EstimatorResult]) -> String {
     let models = by_content(results, |result| &result.sensor_models);
-    let told: String = models.iter().map(|shared| tell_one(shared, results.len() > 1)).collect();
-    if told.is_empty() { told } else { format!("{HEADING}\n{told}") }
+    let reported: String = models.iter().map(|shared| report_one(shared, results.len() > 1)).collect();
+    if reported.is_empty() { reported } else { format!("{HEADING}\n{reported}") }
 }
 
-fn tell_one(shared: &Shared<'_, SensorModelTest>, several: bool) -> String {
+fn report_one(shared: &Shared<'_, SensorModelTest>, several: bool) -> String {
     let SensorModelTest { joint, model, test, parameters } = shared.item;
     let whose = if several { format!(" ({})", shared.names) } else { String::new() };
     let outcome = match test {
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn each_is_told_with_its_test() {
+    fn each_is_reported_with_its_test() {
         let test = |kind, statistic, p_value| {
             Some(TestAgainstZero { kind, statistic, degrees_of_freedom: [Some(1), None], p_value })
         };
@@ -61,12 +61,12 @@ mod tests {
             tested(test(TestKind::Wald, 0.5, 0.4795)),
             tested(None),
         ];
-        let text = tell(&[joint]);
+        let text = report(&[joint]);
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(text.starts_with(&format!("{HEADING} joint2 torque-bias-in-time: likelihood ratio 1061,")));
         assert!(text.contains("degrees of freedom 1, p < 0.001: the readings need it"), "{text}");
         assert!(text.contains("Wald 0.5000, degrees of freedom 1, p = 0.48"), "{text}");
         assert!(text.contains("not tested: the data do not determine it"), "{text}");
-        assert_eq!(tell(&[result("joint")]), "");
+        assert_eq!(report(&[result("joint")]), "");
     }
 }

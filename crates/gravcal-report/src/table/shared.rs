@@ -24,12 +24,12 @@ pub(super) fn by_content<'a, T: PartialEq>(
             different.push(item);
         }
     }
-    let tell = |item| {
+    let report = |item| {
         let saying = results.iter().filter(|result| items(result).contains(item));
         let names: Vec<&str> = saying.map(|result| result.name.as_str()).collect();
         Shared { item, everyone: names.len() == results.len(), names: names.join(", ") }
     };
-    different.into_iter().map(tell).collect()
+    different.into_iter().map(report).collect()
 }
 
 #[cfg(test)]
@@ -38,17 +38,17 @@ mod tests {
     use crate::testing::result;
 
     #[test]
-    fn equal_items_are_told_once() {
+    fn equal_items_are_reported_once() {
         let (mut first, mut second) = (result("sequential"), result("joint"));
         first.notes = vec!["frozen".into(), "frame".into()];
         second.notes = vec!["frame".into(), "mirror".into()];
         let results = [first, second];
-        let told: Vec<(String, bool)> = by_content(&results, |r| &r.notes)
+        let reported: Vec<(String, bool)> = by_content(&results, |r| &r.notes)
             .into_iter()
             .map(|shared| (format!("{}: {}", shared.names, shared.item), shared.everyone))
             .collect();
         assert_eq!(
-            told,
+            reported,
             [
                 ("sequential: frozen".to_owned(), false),
                 ("sequential, joint: frame".to_owned(), true),

@@ -11,7 +11,7 @@ use gravcal_robot_model::number::{measured, shortest, significant};
 const GRAVITY_LEGEND: &str = "cone95: half-angle of the cone about gravity that holds its true direction with 95 % \
                               probability. tilt: angle between gravity and the base's -z axis.";
 
-pub(super) fn tell(results: &[EstimatorResult]) -> String {
+pub(super) fn report(results: &[EstimatorResult]) -> String {
     if results.is_empty() {
         return String::new();
     }
@@ -35,16 +35,17 @@ pub(super) fn tell(results: &[EstimatorResult]) -> String {
 
 /// Where the standard deviations come from: once, or for each where they differ.
 fn uncertainties(results: &[&EstimatorResult]) -> String {
-    let told: Vec<(&str, String)> =
+    let reported: Vec<(&str, String)> =
         results.iter().filter_map(|r| Some((r.name.as_str(), r.uncertainty.as_ref()?.to_string()))).collect();
-    match told.as_slice() {
+    match reported.as_slice() {
         [] => String::new(),
         [(_, first), rest @ ..] if rest.iter().all(|(_, other)| other == first) => {
             wrapped("", "  ", &format!("Standard deviations: {first}"))
         }
-        _ => {
-            told.iter().map(|(name, how)| wrapped("", "  ", &format!("Standard deviations of {name}: {how}"))).collect()
-        }
+        _ => reported
+            .iter()
+            .map(|(name, how)| wrapped("", "  ", &format!("Standard deviations of {name}: {how}")))
+            .collect(),
     }
 }
 
@@ -133,7 +134,8 @@ fn add_parameters(grid: &mut Grid, results: &[&EstimatorResult], footnotes: &mut
         let nominal = shortest(parameter.nominal * factor);
         let mut row = vec![Cell::text(format!("  {quantity}")), Cell::text(unit), Cell::Value(nominal)];
         row.extend(results.iter().map(|result| {
-            find(result, &parameter.name).map_or_else(Cell::empty, |told| parameter_cell(told, factor, footnotes))
+            find(result, &parameter.name)
+                .map_or_else(Cell::empty, |reported| parameter_cell(reported, factor, footnotes))
         }));
         grid.row(row);
     }
@@ -206,7 +208,7 @@ mod tests {
             named.name = name.into();
             named
         });
-        let text = tell(&results);
+        let text = report(&results);
         assert!(text.lines().all(|line| width(line) <= WIDTH), "{text}");
         assert_eq!(text.matches("\nlbr_iiwa_joint_3\n").count(), 2);
         let results: Vec<&EstimatorResult> = results.iter().collect();
@@ -214,20 +216,20 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_told_in_degrees() {
+    fn angles_are_reported_in_degrees() {
         let mut joint = result("joint");
         joint.parameters = vec![determined("joint2.position_offset", "rad", 134.2_f64.to_radians(), 4.2e-4)];
-        let text = tell(&[joint]);
+        let text = report(&[joint]);
         assert!(text.contains("  position_offset  deg         0  134.200 ± 0.024\n"), "{text}");
     }
 
     #[test]
-    fn where_standard_deviations_come_from_is_told_once_or_for_each() {
+    fn where_standard_deviations_come_from_is_reported_once_or_for_each() {
         let (sequential, mut joint) = (result("sequential"), result("joint"));
-        let both = tell(&[sequential.clone(), joint.clone()]);
+        let both = report(&[sequential.clone(), joint.clone()]);
         assert!(both.contains("\nStandard deviations: from the stated noise\n"), "{both}");
         joint.uncertainty = Some(UncertaintyResult::Sandwich { blocks: 31, block_poses: 10 });
-        let each = tell(&[sequential, joint]);
+        let each = report(&[sequential, joint]);
         assert!(each.contains("\nStandard deviations of sequential: from the stated noise\n"), "{each}");
         let sandwich =
             "\nStandard deviations of joint: robust to model error (sandwich over 31 blocks of\n  10 poses)\n";
@@ -244,7 +246,7 @@ mod tests {
             held("joint1.position_offset", "zero by definition of the base frame"),
             free,
         ];
-        let text = tell(&[joint]);
+        let text = report(&[joint]);
         assert!(text.contains("undetermined\n") && text.contains("held [1]\n") && text.contains("undetermined [2]\n"));
         assert!(text.contains("[1] held: zero by definition of the base frame\n[2] not asked for\n"));
     }
@@ -253,7 +255,7 @@ mod tests {
     fn without_gravity_there_is_neither_cone_nor_tilt() {
         let mut joint = result("joint");
         joint.gravity = None;
-        let text = tell(&[joint]);
+        let text = report(&[joint]);
         assert_eq!(text.matches("undetermined").count(), 3);
         assert_eq!(text.matches("tilt").count(), 1, "only in the legend");
     }
@@ -263,9 +265,9 @@ mod tests {
         let mut empty = result("sequential");
         empty.gravity = None;
         empty.parameters = vec![held("joint1.position_offset", "zero by definition of the base frame")];
-        let text = tell(&[empty.clone(), result("joint")]);
+        let text = report(&[empty.clone(), result("joint")]);
         assert!(text.contains("\nsequential: no value\n") && text.contains(" joint estimator\n"), "{text}");
-        assert!(tell(&[empty]).contains(" sequential estimator\n"));
+        assert!(report(&[empty]).contains(" sequential estimator\n"));
     }
 
     #[test]
@@ -279,6 +281,6 @@ mod tests {
     fn numbers_of_a_failed_estimator_are_marked() {
         let mut joint = result("joint");
         joint.verdict = Verdict::Failed;
-        assert!(tell(&[joint]).contains("joint estimator (failed)"));
+        assert!(report(&[joint]).contains("joint estimator (failed)"));
     }
 }

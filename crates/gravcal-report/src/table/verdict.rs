@@ -5,7 +5,7 @@ use gravcal_calibration::result::{EstimatorResult, Verdict};
 use crate::advice::Advice;
 use crate::text::{width, wrapped};
 
-pub(super) fn tell(robot: &str, results: &[EstimatorResult]) -> String {
+pub(super) fn report(robot: &str, results: &[EstimatorResult]) -> String {
     if results.is_empty() {
         return format!("Calibration of {robot}: no estimator ran\n");
     }
@@ -58,7 +58,7 @@ mod tests {
         not_asked.asked = false;
         partly.parameters = vec![undetermined("joint1.torque_gain"), not_asked];
         assert_eq!(
-            tell("arm", &[partly]),
+            report("arm", &[partly]),
             "Calibration of arm\n\
              \x20 joint  partly determined: not gravity, joint1.torque_gain\n\
              \x20        converged: steps too small to matter (1.0e-12); 6 iterations\n"
@@ -71,6 +71,6 @@ mod tests {
         failed.verdict = Verdict::Failed;
         failed.termination = "not converged after 1 iterations".into();
         failed.iterations = 1;
-        assert!(tell("arm", &[failed]).contains("failed: no answer to rely on\n"));
+        assert!(report("arm", &[failed]).contains("failed: no answer to rely on\n"));
     }
 }

@@ -36,12 +36,12 @@ pub fn check_residual_derivatives(
     let slopes =
         Slopes { by_parameter: &mut by_parameter, by_gravity: &mut by_gravity, by_coordinate: &mut by_coordinate };
     value(&given, Some(slopes));
-    let told: Vec<f64> = by_parameter.iter().chain(&by_gravity).chain(&by_coordinate).copied().collect();
-    let tolerance = tolerance * told.iter().fold(1.0, |largest: f64, slope| largest.max(slope.abs()));
-    for (place, told) in told.iter().enumerate() {
+    let reported: Vec<f64> = by_parameter.iter().chain(&by_gravity).chain(&by_coordinate).copied().collect();
+    let tolerance = tolerance * reported.iter().fold(1.0, |largest: f64, slope| largest.max(slope.abs()));
+    for (place, reported) in reported.iter().enumerate() {
         // What is not seen has no number, and no slope.
         let found = if given[place].is_nan() { 0.0 } else { central_difference(&given, place, |all| value(all, None)) };
-        let agree = (told - found).abs() <= tolerance;
+        let agree = (reported - found).abs() <= tolerance;
         if !agree {
             let by = match place.checked_sub(x.len()) {
                 None => format!("parameter {place}"),
@@ -50,7 +50,7 @@ pub fn check_residual_derivatives(
                     format!("the coordinate of joint {} in pose {}", (rest - 3) % joints, (rest - 3) / joints)
                 }
             };
-            return Err(WrongDerivative { by, told: *told, found });
+            return Err(WrongDerivative { by, reported: *reported, found });
         }
     }
     Ok(())

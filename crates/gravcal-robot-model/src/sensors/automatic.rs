@@ -64,7 +64,7 @@ impl<F: SensorFormula> SensorTerm for Differentiated<F> {
 
 impl<F: SensorFormula> Differentiated<F> {
     /// Tells each derivative with its place: those by parameters, then those by variables.
-    fn differentiate(&self, at: &Moment<'_>, x: &[f64], tell: &mut dyn FnMut(usize, f64)) {
+    fn differentiate(&self, at: &Moment<'_>, x: &[f64], report: &mut dyn FnMut(usize, f64)) {
         let mut parameters: Vec<Dual> = x.iter().map(|value| Dual::from_re(*value)).collect();
         let lifted = self.variables.iter().map(|variable| (*variable, Dual::from_re(at.of(*variable))));
         let mut variables: Vec<(Variable, Dual)> = lifted.collect();
@@ -79,7 +79,7 @@ impl<F: SensorFormula> Differentiated<F> {
             let found = self.formula.value(&at.with_derivatives(&variables), &parameters);
             // A value without derivative part does not depend on these.
             if let Some(slopes) = &found.eps.0 {
-                own.zip(slopes.iter()).for_each(|(place, slope)| tell(place, *slope));
+                own.zip(slopes.iter()).for_each(|(place, slope)| report(place, *slope));
             }
         }
     }

@@ -7,12 +7,12 @@ use crate::central_difference::central_difference;
 
 /// A derivative that differences of values contradict.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("the derivative by {by} is {told}, but differences of values say {found}")]
+#[error("the derivative by {by} is {reported}, but differences of values say {found}")]
 pub struct WrongDerivative {
     /// By what.
     pub by: String,
     /// What the term says.
-    pub told: f64,
+    pub reported: f64,
     /// What differences say.
     pub found: f64,
 }
@@ -44,16 +44,16 @@ pub fn check_term_derivatives(
 
 fn compare(
     (what, tolerance): (&str, f64),
-    told: &[f64],
+    reported: &[f64],
     values: &[f64],
     value: impl Fn(&[f64]) -> f64,
 ) -> Result<(), WrongDerivative> {
-    for (place, told) in told.iter().enumerate() {
+    for (place, reported) in reported.iter().enumerate() {
         let found = central_difference(values, place, &value);
-        let agree = (told - found).abs() <= tolerance;
+        let agree = (reported - found).abs() <= tolerance;
         // Nor does what is not a number.
         if !agree {
-            return Err(WrongDerivative { by: format!("{what} {place}"), told: *told, found });
+            return Err(WrongDerivative { by: format!("{what} {place}"), reported: *reported, found });
         }
     }
     Ok(())

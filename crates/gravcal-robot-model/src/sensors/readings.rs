@@ -45,8 +45,8 @@ impl SensorTerms {
         for _ in 0..ITERATIONS {
             let found = torque.as_slice().to_vec();
             let at = at.with_torque(&found);
-            let told = self.torque_readings(&at, values);
-            let missing = DVector::from_iterator(readings.len(), readings.iter().zip(told).map(|(r, f)| r - f));
+            let reported = self.torque_readings(&at, values);
+            let missing = DVector::from_iterator(readings.len(), readings.iter().zip(reported).map(|(r, f)| r - f));
             let step = self.slopes(&at, values).lu().solve(&missing)?;
             torque += &step;
             if step.amax() <= TOLERANCE * scale {

@@ -245,9 +245,9 @@ mod tests {
             (PoseArrays { load: Some(0), ..good }, "has load 0, and the session has 0"),
         ];
         let mut session = session();
-        for (arrays, told) in wrong {
+        for (arrays, reported) in wrong {
             let error = session.add_poses(&arrays).unwrap_err().to_string();
-            assert!(error.contains(told), "{error}");
+            assert!(error.contains(reported), "{error}");
             assert!(session.poses.is_empty() && session.tables.is_empty());
         }
     }

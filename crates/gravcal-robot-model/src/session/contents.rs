@@ -144,11 +144,11 @@ impl Session {
         }
         let left = |joint: usize| self.poses.iter().filter(|pose| pose.torque[joint].is_some()).count();
         let names = self.robot.chain.joints().iter().map(|joint| joint.name.as_str());
-        let told: Vec<String> = names
+        let reported: Vec<String> = names
             .zip(&self.in_motion)
             .enumerate()
             .map(|(joint, (name, out))| format!("{name} {} of {}", left(joint), left(joint) + out))
             .collect();
-        Some(format!("Torque readings left by the limits of motion (readings.select): {}.", told.join(", ")))
+        Some(format!("Torque readings left by the limits of motion (readings.select): {}.", reported.join(", ")))
     }
 }

@@ -61,13 +61,13 @@ impl Session {
     /// Joints with friction whose torque does not count in many windows, as it has no known sign there.
     fn resting(&self, windows: &[&Pose]) -> Option<String> {
         let frictional = self.terms.with_friction();
-        let told = |joint: usize| {
+        let reported = |joint: usize| {
             let read = windows.iter().filter(|pose| pose.torque[joint].is_some()).count();
             let rests = windows.len() - read;
             let counts = frictional.contains(&joint) && read > 0 && rests as f64 > RESTS * windows.len() as f64;
             counts.then(|| format!("{} in {rests}", self.robot.chain.joints()[joint].name))
         };
-        let resting: Vec<String> = (0..self.joints.len()).filter_map(told).collect();
+        let resting: Vec<String> = (0..self.joints.len()).filter_map(reported).collect();
         (!resting.is_empty()).then(|| {
             format!(
                 "Joints that rest in many of the {} windows: {}. There friction has no known sign, and their torques do not count: let them \
@@ -84,7 +84,7 @@ impl Session {
         for pose in self.poses.iter().chain(&self.validation).filter(|pose| pose.course.is_some()) {
             files.entry(&self.tables[pose.table].path).or_default().push(pose);
         }
-        let told = |(path, windows): (&std::path::Path, Vec<&Pose>)| {
+        let reported = |(path, windows): (&std::path::Path, Vec<&Pose>)| {
             let period = repeated_period(&windows)?;
             Some(format!(
                 "{}: the motion repeats after {period:.2} s. Another period of the same motion averages noise, and tells no more of the model; a \
@@ -92,7 +92,7 @@ impl Session {
                 file_name(path)
             ))
         };
-        files.into_iter().filter_map(told).collect()
+        files.into_iter().filter_map(reported).collect()
     }
 }
 
@@ -213,7 +213,7 @@ mod tests {
 
     /// Twice through a motion of 8.02 s, whose period is no whole number of windows; and once.
     #[test]
-    fn a_motion_that_repeats_is_told_and_another_is_not() {
+    fn a_motion_that_repeats_is_reported_and_another_is_not() {
         let rate = std::f64::consts::TAU / 8.02;
         let position = |t: f64| {
             [(rate * t).sin() + 0.5 * (3.0 * rate * t).cos(), (2.0 * rate * t).cos() - 0.3 * (5.0 * rate * t).sin()]

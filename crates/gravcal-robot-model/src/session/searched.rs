@@ -62,7 +62,7 @@ impl Searched {
 }
 
 /// The end of a sentence that tells what was rejected.
-fn told_rejected(rejected: &[impl ToString]) -> String {
+fn reported_rejected(rejected: &[impl ToString]) -> String {
     if rejected.is_empty() {
         return ".".to_owned();
     }
@@ -73,7 +73,7 @@ fn told_rejected(rejected: &[impl ToString]) -> String {
 
 fn sweep_notes(name: &str, sweeps: &Sweeps, mapping: &PoseMapping) -> Vec<String> {
     let Sweeps { found, rejected, repeated, without_time, interruptions } = sweeps;
-    let told = format!("{name}: {} slow sweeps found{}", found.len(), told_rejected(rejected));
+    let reported = format!("{name}: {} slow sweeps found{}", found.len(), reported_rejected(rejected));
     let notes = found.iter().map(|sweep| sweep_note(name, sweep, mapping));
     let sticking: BTreeSet<&str> =
         found.iter().flat_map(|sweep| &sweep.sticking).map(|joint| mapping.positions[*joint].column.as_str()).collect();
@@ -85,7 +85,7 @@ fn sweep_notes(name: &str, sweeps: &Sweeps, mapping: &PoseMapping) -> Vec<String
             sticking.join(", ")
         )
     });
-    [told]
+    [reported]
         .into_iter()
         .chain(notes)
         .chain(sticking)
@@ -100,19 +100,19 @@ fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
     let at = |bin: Option<&SweptBin>| bin.map_or(0.0, |bin| scale * bin.sides[0].position[sweep.joint]);
     let (lowest, highest) = (at(sweep.bins.first()), at(sweep.bins.last()));
     let [up, down] = sweep.strokes;
-    let mut told = format!(
+    let mut reported = format!(
         "{name}: `{}` from {lowest:.1} to {highest:.1} {unit} in {up} strokes up and {down} down: {} angles both ways",
         sweep.column,
         sweep.bins.len()
     );
     if let (Some((half, scatter)), Some((_, unit))) = (sweep.half_difference(), &mapping.torques[sweep.joint]) {
         let std = half.std.map_or_else(String::new, |std| format!(" ± {std:.2e}"));
-        told += &format!(
+        reported += &format!(
             ", half the difference of the ways (friction) {:.4}{std} {unit}, scattered by {scatter:.2e}",
             half.value
         );
     }
-    told + "."
+    reported + "."
 }
 
 /// How many windows there are, whose times were believed, and how noisy positions are.
@@ -125,7 +125,7 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
         Clock::Even => "taken as evenly spaced, because positions are smoother so than by their stamps",
         Clock::Rounded => "taken as whole steps apart, because positions are smoother so than by their stamps",
     };
-    let told = format!(
+    let reported = format!(
         "{name}: {} windows of {length:.2} s in motion, of rows {:.1} ms apart, {clock}.",
         found.len(),
         1e3 * interval
@@ -144,13 +144,13 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
         format!("{name}: positions wrap ({}); full turns are added, so that each joint goes on.", wrapping.join(", "))
     });
     let oddities = oddities(name, *repeated, *without_time, *interruptions);
-    [told].into_iter().chain(noise).chain(wrapping).chain(oddities).collect()
+    [reported].into_iter().chain(noise).chain(wrapping).chain(oddities).collect()
 }
 
 fn standstill_notes(name: &str, standstills: &Standstills) -> Vec<String> {
     let Standstills { found, rejected, repeated, without_time, interruptions, .. } = standstills;
-    let told = format!("{name}: {} standstills found{}{}", found.len(), length(found), told_rejected(rejected));
-    [told].into_iter().chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
+    let reported = format!("{name}: {} standstills found{}{}", found.len(), length(found), reported_rejected(rejected));
+    [reported].into_iter().chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
 }
 
 /// How long they are, and what a mean is worth.
@@ -173,7 +173,7 @@ fn oddities(name: &str, repeated: u64, without_time: u64, interruptions: u64) ->
         (without_time, "rows have no time"),
         (interruptions, "times the clock jumps or nothing is recorded for long"),
     ];
-    let told: Vec<String> =
+    let reported: Vec<String> =
         counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
-    (!told.is_empty()).then(|| format!("{name}: {}.", told.join(", ")))
+    (!reported.is_empty()).then(|| format!("{name}: {}.", reported.join(", ")))
 }

@@ -74,12 +74,13 @@ impl Session {
         let within = tables
             .into_iter()
             .flat_map(|table| (0..self.joints.len()).filter_map(move |joint| self.stuck(joint, table)));
-        let told: Vec<String> = (0..self.joints.len()).filter_map(|joint| self.unmoved(joint)).chain(within).collect();
-        (!told.is_empty()).then(|| {
+        let reported: Vec<String> =
+            (0..self.joints.len()).filter_map(|joint| self.unmoved(joint)).chain(within).collect();
+        (!reported.is_empty()).then(|| {
             format!(
                 "Look at this first: position readings that do not change while other joints move: {}. Where such a joint moved, its \
                  sensor is stuck: leave these poses out, or mend the column. Where it was held, nothing is wrong with that.",
-                told.join("; ")
+                reported.join("; ")
             )
         })
     }

@@ -17,7 +17,7 @@ use crate::session::InstrumentKind;
 
 /// A unit that is missing, or does not fit its quantity.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: expected {expected}{}", described(.found.as_deref()), told(.turned.as_deref()))]
+#[error("{}: expected {expected}{}", described(.found.as_deref()), reported(.turned.as_deref()))]
 pub struct UnitError {
     found: Option<String>,
     expected: String,
@@ -46,7 +46,7 @@ fn turned(value: f64, unit: &str, fits: impl Fn(&str) -> bool) -> Option<String>
     fits(&turned).then(|| format!("{value} {unit} is {inverse} {turned}"))
 }
 
-fn told(turned: Option<&str>) -> String {
+fn reported(turned: Option<&str>) -> String {
     turned.map_or_else(String::new, |turned| format!("; {turned}"))
 }
 
@@ -291,20 +291,24 @@ mod tests {
     }
 
     #[test]
-    fn a_gain_that_is_written_the_other_way_round_is_told_the_right_way() {
-        let told = |value, unit: &str| {
+    fn a_gain_that_is_written_the_other_way_round_is_reported_the_right_way() {
+        let reported = |value, unit: &str| {
             let error = torque_gain(Some(unit), Revolute).unwrap_err();
             error.of_gain(Some(value), |turned| torque_gain(Some(turned), Revolute).is_ok()).to_string()
         };
-        assert!(told(12.0, "N·m/A").ends_with("; 12 N·m/A is 0.0833 A/(N·m)"), "{}", told(12.0, "N·m/A"));
-        assert!(told(0.5, "Nm/(count)").ends_with("; 0.5 Nm/(count) is 2 count/Nm"), "{}", told(0.5, "Nm/(count)"));
+        assert!(reported(12.0, "N·m/A").ends_with("; 12 N·m/A is 0.0833 A/(N·m)"), "{}", reported(12.0, "N·m/A"));
+        assert!(
+            reported(0.5, "Nm/(count)").ends_with("; 0.5 Nm/(count) is 2 count/Nm"),
+            "{}",
+            reported(0.5, "Nm/(count)")
+        );
         for (value, unit) in [(12.0, "N·m"), (12.0, "kg/A"), (0.0, "N·m/A"), (f64::INFINITY, "N·m/A")] {
-            assert!(told(value, unit).ends_with("as the joint is revolute"), "{}", told(value, unit));
+            assert!(reported(value, unit).ends_with("as the joint is revolute"), "{}", reported(value, unit));
         }
     }
 
     #[test]
-    fn missing_and_unknown_units_are_told_with_the_accepted_ones() {
+    fn missing_and_unknown_units_are_reported_with_the_accepted_ones() {
         let message = |error: Result<TorqueUnit, UnitError>| error.unwrap_err().to_string();
         assert_eq!(
             message(torque_gain(None, Revolute)),

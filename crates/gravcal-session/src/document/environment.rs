@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_expanded_is_told_with_the_remedy() {
+    fn what_cannot_be_expanded_is_reported_with_the_remedy() {
         let message = |written: &str| text(written).unwrap_err().to_string();
         assert_eq!(
             message("${NONE}/b.csv"),

@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_names_are_told_with_the_known_ones() {
+    fn unknown_names_are_reported_with_the_known_ones() {
         let x = Field::new("x");
         let lookup = |name: &str, known: &[&str]| document().lookup(&x, "link", name, known);
         assert_eq!(lookup("b", &["a", "b"]), Ok(1));

@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_neither_is_told_with_its_place() {
+    fn what_is_neither_is_reported_with_its_place() {
         let message = parse::<f64>("x = true").unwrap_err();
         assert!(message.contains("invalid type: boolean `true`, expected one value for all joints or a list"));
         let message = parse::<f64>("x = 'a'").unwrap_err();

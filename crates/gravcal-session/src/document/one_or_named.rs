@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_neither_is_told_with_its_place() {
+    fn what_is_neither_is_reported_with_its_place() {
         let message = parse("x = 'far'").unwrap_err();
         assert!(message.contains("string \"far\", expected one number for all links or a table"), "{message}");
         let message = parse("x = { a = 'far' }").unwrap_err();

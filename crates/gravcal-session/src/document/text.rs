@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_told_apart() {
+    fn what_cannot_be_read_is_distinguished() {
         let folder = tempfile::tempdir().unwrap();
         let message = |name: &str| read_text(&folder.path().join(name)).unwrap_err().to_string();
         fs::write(folder.path().join("latin.toml"), b"a = 1\nb = '\xe4'\n").unwrap();

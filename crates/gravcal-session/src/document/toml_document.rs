@@ -154,13 +154,13 @@ impl Document {
 
     /// What the toml crate says, with the place in our words and its picture of the line.
     fn toml_error(&self, error: &toml::de::Error) -> FileError {
-        let mut told = FileError::new(&self.path, toml_message(error));
+        let mut reported = FileError::new(&self.path, toml_message(error));
         if let Some(span) = error.span() {
-            told = told.at_line(self.line_at(span.start));
+            reported = reported.at_line(self.line_at(span.start));
             let field = self.tree().ok().and_then(|tree| field::at_offset(&tree, span.start));
-            told = field.iter().fold(told, FileError::in_field);
+            reported = field.iter().fold(reported, FileError::in_field);
         }
-        told
+        reported
     }
 }
 
@@ -247,16 +247,16 @@ place = [
     fn a_field_is_found_or_else_what_should_hold_it() {
         let document = document(TEXT).unwrap();
         let load = Field::new("load");
-        let told = |field: &Field| document.error(field, "is wrong").to_string();
-        assert_eq!(told(&load.at(1).key("name")), "folder/a.toml:6: load[1].name: is wrong");
-        assert_eq!(told(&load.at(1).key("place").at(1)), "folder/a.toml:9: load[1].place[1]: is wrong");
-        assert_eq!(told(&load.at(0).key("mass")), "folder/a.toml:2: load[0].mass: is wrong");
-        assert_eq!(told(&load.at(7)), "folder/a.toml:2: load[7]: is wrong");
-        assert_eq!(told(&Field::new("gravity")), "folder/a.toml:1: gravity: is wrong");
+        let reported = |field: &Field| document.error(field, "is wrong").to_string();
+        assert_eq!(reported(&load.at(1).key("name")), "folder/a.toml:6: load[1].name: is wrong");
+        assert_eq!(reported(&load.at(1).key("place").at(1)), "folder/a.toml:9: load[1].place[1]: is wrong");
+        assert_eq!(reported(&load.at(0).key("mass")), "folder/a.toml:2: load[0].mass: is wrong");
+        assert_eq!(reported(&load.at(7)), "folder/a.toml:2: load[7]: is wrong");
+        assert_eq!(reported(&Field::new("gravity")), "folder/a.toml:1: gravity: is wrong");
     }
 
     #[test]
-    fn what_serde_refuses_is_told_with_field_and_picture() {
+    fn what_serde_refuses_is_reported_with_field_and_picture() {
         let misspelt = TEXT.replace("name = 'b'", "nam = 'b'");
         assert_eq!(
             parse_error(&misspelt),
@@ -277,7 +277,7 @@ place = [
     }
 
     #[test]
-    fn what_is_no_toml_is_told_with_its_line() {
+    fn what_is_no_toml_is_reported_with_its_line() {
         let twice = parse_error("scale = 1\nscale = 2\n");
         assert!(twice.starts_with("folder/a.toml:2: duplicate key\n"), "{twice}");
         let open = parse_error("scale = \"1\n");

@@ -180,7 +180,7 @@ impl<'a> Draft<'a> {
             let positions: Vec<f64> = cells.iter().zip(&scales).map(|(cell, scale)| scale * cell).collect();
             joined.take(&positions);
         })?;
-        Ok(joined.tell(self.recording, self.inspection.time.is_some()))
+        Ok(joined.report(self.recording, self.inspection.time.is_some()))
     }
 
     /// Poses are not looked for in what a wrist sensor reads.

@@ -106,12 +106,12 @@ fn rows_of_an_arm_in_motion_without_a_clock_are_asked_about() {
 }
 
 #[test]
-fn joints_of_other_names_are_taken_in_their_order_and_that_is_told() {
+fn joints_of_other_names_are_taken_in_their_order_and_that_is_reported() {
     let (text, notes, session) = drafted(&standing("t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm"));
     assert_eq!(session.unwrap().readings.positions[0].column, "q1_rad");
-    let told = "joints were matched by the order of the numbers in the columns' names, as their names differ: shoulder is \
+    let reported = "joints were matched by the order of the numbers in the columns' names, as their names differ: shoulder is \
                 `q1_rad`, elbow is `q2_rad`";
-    assert_eq!(notes, [told]);
+    assert_eq!(notes, [reported]);
     assert!(
         text.contains("taken in the order of the numbers in the columns' names.")
             && text.contains("shoulder is q1_rad, elbow is q2_rad.")
@@ -153,9 +153,9 @@ fn other_numbers_of_joints_are_refused() {
     let (folder, path) = folder("t_s,q1,tau1\n0,1,2\n1,2,3\n");
     let inspection = inspect(&path, &|_| {}).unwrap();
     let robot = robot(&folder);
-    let told = Draft::new(&path, &inspection, Some(&robot)).unwrap_err().to_string();
+    let reported = Draft::new(&path, &inspection, Some(&robot)).unwrap_err().to_string();
     let expected = "of the robot's 2 joints these are not in the recording: shoulder, elbow; the joints whose positions are recorded are 1,";
-    assert!(told.contains(expected), "{told}");
+    assert!(reported.contains(expected), "{reported}");
 }
 
 #[test]
@@ -210,8 +210,11 @@ fn a_urdf_is_followed_to_the_recorded_joints_it_has() {
     let robot = DraftRobot::read(&urdf, None, &[], standing).unwrap();
     assert_eq!(robot.ends.unwrap().tips, ["upper"]);
     assert_eq!(ends(&["fore".to_owned()], &["a", "b", "c"]), whole);
-    let told = ends(&[], &["a", "b", "c"]).unwrap_err();
-    assert!(told.contains("none of its joints has the name of one that is recorded with a torque (a, b, c)"), "{told}");
+    let reported = ends(&[], &["a", "b", "c"]).unwrap_err();
+    assert!(
+        reported.contains("none of its joints has the name of one that is recorded with a torque (a, b, c)"),
+        "{reported}"
+    );
     assert!(ends(&["hand".to_owned()], &["a"]).unwrap_err().contains("no link of such a name: hand"));
 }
 
@@ -265,11 +268,11 @@ fn without_a_robot_the_session_asks_for_one() {
 
 #[test]
 fn columns_that_say_nothing_are_refused() {
-    for (text, told) in
+    for (text, reported) in
         [("a,b\n1,2\n2,3\n", "which columns are the joints' positions"), ("q1,b\n1,2\n", "no column is a torque")]
     {
         let (_folder, path) = folder(text);
         let inspection = inspect(&path, &|_| {}).unwrap();
-        assert!(Draft::new(&path, &inspection, None).unwrap_err().to_string().contains(told));
+        assert!(Draft::new(&path, &inspection, None).unwrap_err().to_string().contains(reported));
     }
 }

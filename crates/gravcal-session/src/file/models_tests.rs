@@ -30,8 +30,11 @@ fn models_name_their_parameters() {
         "elbow.position_cosine_2 rad",
     ];
     assert_eq!(names(&session), expected);
-    let told: Vec<String> = session.parameters().iter().map(|id| session.parameter_name(*id)).collect();
-    assert_eq!((told[7].as_str(), told[8].as_str(), told.len()), ("elbow.position_offset", "elbow.torque_gain_2", 15));
+    let reported: Vec<String> = session.parameters().iter().map(|id| session.parameter_name(*id)).collect();
+    assert_eq!(
+        (reported[7].as_str(), reported[8].as_str(), reported.len()),
+        ("elbow.position_offset", "elbow.torque_gain_2", 15)
+    );
 }
 
 #[test]
@@ -220,8 +223,8 @@ fn formulas_of_several_joints_share_an_unknown() {
     assert_eq!(names(&session), ["compensator.spring count"; 2]);
     assert_eq!((session.further[0].same_as, session.further[1].same_as), (None, Some(0)));
     assert_eq!(session.further[1].prior, session.further[0].prior);
-    let told: Vec<String> = session.parameters().iter().map(|id| session.parameter_name(*id)).collect();
-    assert_eq!((told.len(), told.last().unwrap().as_str()), (9, "compensator.spring"));
+    let reported: Vec<String> = session.parameters().iter().map(|id| session.parameter_name(*id)).collect();
+    assert_eq!((reported.len(), reported.last().unwrap().as_str()), (9, "compensator.spring"));
 
     let refused = |shoulder: &str, expected: &str| {
         let message = shared(SPRING, shoulder).unwrap_err();

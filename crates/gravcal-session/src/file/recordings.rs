@@ -134,12 +134,12 @@ fn windows<'s>(
         counted.iter().all(|counted| window.interval[1] <= counted[0] || counted[1] <= window.interval[0])
     };
     let frictional = frictional.to_vec();
-    let told = move |window: &MotionWindow| {
+    let reported = move |window: &MotionWindow| {
         let mut means = window.pose.clone();
         frictional.iter().filter(|joint| window.resting[**joint] > RESTS).for_each(|joint| means.torque[*joint] = None);
         (means, Arc::clone(&window.course))
     };
-    searched.windows.iter().flat_map(|found| &found.found).filter(apart).map(told)
+    searched.windows.iter().flat_map(|found| &found.found).filter(apart).map(reported)
 }
 
 /// What is searched.

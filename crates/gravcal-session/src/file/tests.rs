@@ -326,7 +326,7 @@ fn files_that_are_not_there() {
 }
 
 #[test]
-fn a_data_folder_that_is_absent_is_told_with_its_variable() {
+fn a_data_folder_that_is_absent_is_reported_with_its_variable() {
     let message = refused("\"a.csv\"", "\"${GRAVCAL_NO_SUCH_VARIABLE:-data}/a.csv\"");
     assert!(message.starts_with("data/a.csv: there is no such folder as "), "{message}");
     assert!(
@@ -411,12 +411,12 @@ fn units_are_mandatory() {
 }
 
 #[test]
-fn a_gain_of_torque_a_reading_is_told_the_right_way_round() {
+fn a_gain_of_torque_a_reading_is_reported_the_right_way_round() {
     let gain = "nominal = 5.5, unit = \"count/(N·m)\"";
-    for (written, told) in [("12", "12"), ("12.5", "12.5")] {
+    for (written, reported) in [("12", "12"), ("12.5", "12.5")] {
         let message = refused(gain, &format!("nominal = {written}, unit = \"N·m/count\""));
         assert!(
-            message.contains(&format!("; {told} N·m/count is 0.08")) && message.ends_with("count/(N·m)"),
+            message.contains(&format!("; {reported} N·m/count is 0.08")) && message.ends_with("count/(N·m)"),
             "{message}"
         );
     }
@@ -522,7 +522,7 @@ fn what_is_said_of_all_joints_is_of_those_that_say_nothing_else() {
 }
 
 #[test]
-fn what_is_said_of_all_joints_is_told_where_it_fits_one_of_them_not() {
+fn what_is_said_of_all_joints_is_reported_where_it_fits_one_of_them_not() {
     let all = |said: &str| format!("[joints]\n{said}\n[[joint]]\n");
     let refused = |said: &str, expected: &str| assert_refused("[[joint]]\n", &all(said), expected);
     refused("name = \"elbow\"", "13: joints.name: [joints] is said of all joints: delete the name, or write [[joint]]");
@@ -570,8 +570,8 @@ fn a_part_of_a_table_needs_a_clock() {
         ("session.toml", "file = \"b.csv\"", "file = \"b.csv\"\nfrom_s = 0"),
         ("session.toml", "file = \"a.csv\"", "file = \"a.csv\"\nuntil_s = 1"),
     ];
-    let told = read(&changes).unwrap_err();
-    assert!(told.starts_with("a.csv: 1 of its 2 rows are between from_s and until_s"), "{told}");
+    let reported = read(&changes).unwrap_err();
+    assert!(reported.starts_with("a.csv: 1 of its 2 rows are between from_s and until_s"), "{reported}");
     let wider = [changes[0], changes[1], ("session.toml", "file = \"a.csv\"", "file = \"a.csv\"\nuntil_s = 1.5")];
     assert_eq!(read(&wider).unwrap().poses.len(), 4);
 }

@@ -181,7 +181,7 @@ fn a_robot_may_branch_and_joints_may_mimic() {
 }
 
 #[test]
-fn what_hangs_wrong_is_told() {
+fn what_hangs_wrong_is_reported() {
     let refused = |old: &str, new: &str| {
         let text = branched();
         assert_eq!(text.matches(old).count(), 1, "`{old}` must stand once in the example");
@@ -301,7 +301,7 @@ fn a_urdf_is_named_after_its_file() {
 }
 
 #[test]
-fn what_is_no_chain_is_told_with_its_file() {
+fn what_is_no_chain_is_reported_with_its_file() {
     let refused = |text: &str, tip: &str| {
         let (folder, path) = folder_with("arm.urdf", text);
         without_folder(&folder, &read_urdf(&path, "b", &[tip]).unwrap_err())
@@ -345,7 +345,7 @@ fn a_robot_is_named_by_path_or_by_urdf_with_both_ends() {
 }
 
 #[test]
-fn who_named_a_robot_is_told_with_what_is_wrong_with_it() {
+fn who_named_a_robot_is_reported_with_what_is_wrong_with_it() {
     let (folder, _) = folder_with("crane.toml", &ROBOT.replace("mass_kg = 2", "mass_kg = -2"));
     fs::write(folder.path().join("arm.urdf"), LOOP).unwrap();
     let refused = |written: &str| resolved(&folder, written).unwrap_err();

@@ -15,7 +15,7 @@ pub(crate) fn active_constraints(
 ) -> Vec<ActiveConstraint> {
     let mut leaning: Vec<&(Rows, Vec<f64>)> = leaning.iter().collect();
     leaning.sort_by_key(|(rows, _)| rows.place);
-    let told = leaning.into_iter().map(|(rows, dual)| {
+    let reported = leaning.into_iter().map(|(rows, dual)| {
         let constraint = &problem.constraints()[rows.constraint];
         ActiveConstraint {
             name: constraint.name.clone(),
@@ -27,7 +27,7 @@ pub(crate) fn active_constraints(
             holds: holds(constraint, values, dual),
         }
     });
-    told.collect()
+    reported.collect()
 }
 
 /// The dual of a cone's side is its outward normal, `z₁ (1, −û)`, and keeps its direction where `u` is tiny.

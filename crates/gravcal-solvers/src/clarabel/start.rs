@@ -34,10 +34,10 @@ pub(super) fn check(problem: &Problem, initial: &Values) -> Result<(), SolveErro
         for id in constraint.blocks() {
             let (block, old, new) = (problem.block(id), initial.get(id), nearest.get(id));
             let moved = (0..block.len()).filter(|i| old[*i] != new[*i]);
-            let told = moved.map(|i| format!("{} = {:.9}", block.component_name(i), new[i]));
-            told.for_each(|told| {
-                if !advice.contains(&told) {
-                    advice.push(told)
+            let reported = moved.map(|i| format!("{} = {:.9}", block.component_name(i), new[i]));
+            reported.for_each(|reported| {
+                if !advice.contains(&reported) {
+                    advice.push(reported)
                 }
             });
         }

@@ -59,16 +59,16 @@ fn root(asked_outside: &'static AtomicBool) -> (Problem, Values) {
 fn no_point_outside_is_ever_evaluated() {
     static ASKED_OUTSIDE: AtomicBool = AtomicBool::new(false);
     let (problem, initial) = root(&ASKED_OUTSIDE);
-    let mut told: Vec<IterationRecord> = Vec::new();
-    let mut observer = |record: &IterationRecord| told.push(*record);
+    let mut reported: Vec<IterationRecord> = Vec::new();
+    let mut observer = |record: &IterationRecord| reported.push(*record);
     let mut context = SolveContext { observer: Some(&mut observer), ..SolveContext::default() };
     let estimate = Clarabel::default().solve(&problem, &initial, &mut context).unwrap();
     let x = estimate.values.as_slice()[0];
     assert!((0.01..0.01 + 1e-15).contains(&x), "{x}");
     assert!((estimate.active[0].multiplier - 5.5).abs() < 1e-9, "{:?}", estimate.active);
     assert!(!ASKED_OUTSIDE.load(Ordering::Relaxed));
-    assert_eq!(told, estimate.iterations);
-    assert!(told.windows(2).all(|pair| pair[1].cost < pair[0].cost));
+    assert_eq!(reported, estimate.iterations);
+    assert!(reported.windows(2).all(|pair| pair[1].cost < pair[0].cost));
 }
 
 #[test]

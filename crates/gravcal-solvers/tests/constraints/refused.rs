@@ -33,7 +33,7 @@ fn above(name: &str, id: BlockId, component: usize, limit: f64) -> Constraint {
 }
 
 #[test]
-fn a_start_outside_is_told_with_the_nearest_inside() {
+fn a_start_outside_is_reported_with_the_nearest_inside() {
     assert_eq!(
         message([1.0; 5], |a, _| vec![above("low", a, 1, 2.0), below("high", a, 2, 3.0)]),
         "the start breaks `low` (is 1, must be at least 2); nearest to it, no constraint is broken by a.1 = 2.000000000"
@@ -101,7 +101,7 @@ fn crossed_bounds_are_refused_before_anything_runs() {
 }
 
 #[test]
-fn held_values_that_break_a_constraint_are_told() {
+fn held_values_that_break_a_constraint_are_reported() {
     let mut builder = ProblemBuilder::new();
     let held = builder.add_block(Block::scalar("gain", "").fixed("given"), &[0.0]);
     let free = builder.add_block(block("a", 1), &[1.0]);

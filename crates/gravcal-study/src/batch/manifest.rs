@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::part::{Part, parts};
 use super::table::Columns;
-use crate::plan::{Axis, MOST_POINTS, MOST_TRIALS, Study, places, told};
+use crate::plan::{Axis, MOST_POINTS, MOST_TRIALS, Study, places, reported};
 
 /// Errors of so many quantities, of each estimator with each solver at each point, are more than anyone looks at.
 const MOST_CELLS: usize = 10_000_000;
@@ -79,8 +79,8 @@ impl Manifest {
     }
 
     /// `noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
-    pub fn told(&self, point: usize) -> String {
-        told(&self.axes, &self.points[point])
+    pub fn reported(&self, point: usize) -> String {
+        reported(&self.axes, &self.points[point])
     }
 }
 
@@ -128,10 +128,10 @@ mod tests {
                 manifest.axes[1] = Axis { labels: Vec::new(), numbers: None, ..manifest.axes[1].clone() }
             }),
         ];
-        for (told, change) in changes {
+        for (reported, change) in changes {
             let mut changed = manifest();
             change(&mut changed);
-            assert!(changed.check().is_err_and(|why| why.contains(told)), "{told}: {:?}", changed.check());
+            assert!(changed.check().is_err_and(|why| why.contains(reported)), "{reported}: {:?}", changed.check());
         }
     }
 }

@@ -41,8 +41,10 @@ impl<'a> Expected<'a> {
         let found = [row.point as u64, row.trial, row.estimator as u64, row.solver as u64];
         match self.rows.next() {
             Some(expected) if expected == found => Ok(()),
-            Some(expected) => self.refuse(format!("here is {}, expected {}", self.told(found), self.told(expected))),
-            None => self.refuse(format!("it goes on with {} where it should end", self.told(found))),
+            Some(expected) => {
+                self.refuse(format!("here is {}, expected {}", self.reported(found), self.reported(expected)))
+            }
+            None => self.refuse(format!("it goes on with {} where it should end", self.reported(found))),
         }
     }
 
@@ -53,11 +55,11 @@ impl<'a> Expected<'a> {
     pub(crate) fn end(mut self) -> Result<(), BatchError> {
         match self.rows.next() {
             None => Ok(()),
-            Some(expected) => self.refuse(format!("it ends before {}", self.told(expected))),
+            Some(expected) => self.refuse(format!("it ends before {}", self.reported(expected))),
         }
     }
 
-    fn told(&self, [point, trial, estimator, solver]: [u64; 4]) -> String {
+    fn reported(&self, [point, trial, estimator, solver]: [u64; 4]) -> String {
         let Manifest { estimators, solvers, .. } = self.manifest;
         let [estimator, solver] = [(estimators, estimator), (solvers, solver)]
             .map(|(names, place)| names.get(place as usize).map_or("?", String::as_str));

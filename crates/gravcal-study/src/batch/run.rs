@@ -13,7 +13,7 @@ use super::folder::StudyFolder;
 use super::part::Part;
 use super::trial::{self, Took, Which, bounds_of};
 use crate::bounds::Bounds;
-use crate::plan::{Study, told};
+use crate::plan::{Study, reported};
 
 /// A method by its name.
 pub type NamedSolver = (String, Box<dyn Solver>);
@@ -66,11 +66,11 @@ pub fn run(study: &Study, folder: &StudyFolder, shard: Shard, helpers: &Helpers<
     let total: u64 = missing.iter().map(|part| part.trials.end - part.trials.start).sum();
     let bounds: Vec<Option<Bounds>> = (0..study.points.len()).map(|point| bounds_of_point(study, point)).collect();
     let counted = AtomicU64::new(0);
-    let tell = || (helpers.progress)(counted.fetch_add(1, Ordering::Relaxed) + 1, total);
+    let report = || (helpers.progress)(counted.fetch_add(1, Ordering::Relaxed) + 1, total);
     (helpers.progress)(0, total);
     missing
         .par_iter()
-        .try_for_each(|part| run_part(study, folder, part, bounds[part.point].as_ref(), helpers, &tell))?;
+        .try_for_each(|part| run_part(study, folder, part, bounds[part.point].as_ref(), helpers, &report))?;
     Ok(if helpers.stop.load(Ordering::Relaxed) { Ended::Stopped } else { Ended::Done { trials: total } })
 }
 
@@ -80,7 +80,7 @@ fn run_part(
     part: &Part,
     bounds: Option<&Bounds>,
     helpers: &Helpers<'_>,
-    tell: &dyn Fn(),
+    report: &dyn Fn(),
 ) -> Result<(), BatchError> {
     let mut rows = Vec::new();
     let mut all = Took::default();
@@ -92,7 +92,7 @@ fn run_part(
         rows.extend(of_trial);
         all.simulating += took.simulating;
         all.calibrating += took.calibrating;
-        tell();
+        report();
     }
     folder.write(part, &rows, all)
 }
@@ -113,8 +113,8 @@ fn bounds_of_point(study: &Study, point: usize) -> Option<Bounds> {
 pub fn check(study: &Study, solvers: &[NamedSolver]) -> Result<(), BatchError> {
     for point in &study.points {
         let Ok(instance) = point.instance(0, &study.quantities) else { continue };
-        let told = told(&study.axes, &point.places);
-        let at = || if told.is_empty() { String::new() } else { format!("at {told}: ") };
+        let reported = reported(&study.axes, &point.places);
+        let at = || if reported.is_empty() { String::new() } else { format!("at {reported}: ") };
         let estimators: Vec<EstimatorName> = study.estimators.iter().map(|compared| compared.estimator()).collect();
         for (_, solver) in solvers {
             check_choice(&instance.session, &estimators, solver.as_ref())

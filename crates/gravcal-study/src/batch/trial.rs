@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use gravcal_calibration::joint::{EstimateError, Signals};
 use gravcal_calibration::result::Brief;
-use gravcal_calibration::sequential::{Handed, Plan, run_steps_handed, tell_steps_briefly};
+use gravcal_calibration::sequential::{Handed, Plan, report_steps_briefly, run_steps_handed};
 use gravcal_calibration::{SolveEnvironment, calibrate_briefly};
 use gravcal_estimation::statistics::Quantile;
 use gravcal_robot_model::EstimatorName;
@@ -95,7 +95,7 @@ fn answers(
     let mut of_estimators = calibrate_briefly(session, &estimators, environment).into_iter();
     let handed = |handed: Handed<'_>| {
         let steps = run_steps_handed(session, &Plan::new(session), handed, environment);
-        Some(Ok(tell_steps_briefly(session, &steps)))
+        Some(Ok(report_steps_briefly(session, &steps)))
     };
     let step_1 = Some(truth);
     let each = compared.iter().filter_map(|compared| match compared {
@@ -174,9 +174,13 @@ fn compare(measured: Measured, brief: &Brief, instance: &Instance) -> Option<(f6
         }
         Measured::Sensor(..) => {
             let name = measured.name(&instance.session);
-            let told = brief.parameters.iter().find(|told| told.name == name).filter(|told| told.determined)?;
-            let [low, high] = told.ci95?;
-            Some((told.value? - truth, told.std?, (low..=high).contains(&truth)))
+            let reported = brief
+                .parameters
+                .iter()
+                .find(|reported| reported.name == name)
+                .filter(|reported| reported.determined)?;
+            let [low, high] = reported.ci95?;
+            Some((reported.value? - truth, reported.std?, (low..=high).contains(&truth)))
         }
     }
 }

@@ -57,7 +57,7 @@ use gravcal_session::document::{Document, Field, FileError};
 
 pub use compared::Compared;
 pub use point::{Axis, Point};
-pub(crate) use point::{Instance, places, told};
+pub(crate) use point::{Instance, places, reported};
 pub use read::StudyError;
 pub(crate) use read::{MOST_POINTS, MOST_TRIALS};
 

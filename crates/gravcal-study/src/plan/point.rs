@@ -22,7 +22,7 @@ pub struct Axis {
 }
 
 /// `noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
-pub(crate) fn told(axes: &[Axis], places: &[usize]) -> String {
+pub(crate) fn reported(axes: &[Axis], places: &[usize]) -> String {
     let each = axes.iter().zip(places).map(|(axis, place)| {
         let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
         format!("{} = {}{unit}", axis.name, axis.labels[*place])

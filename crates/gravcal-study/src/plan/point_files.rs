@@ -29,7 +29,7 @@ pub(super) struct PointFiles<'a> {
     pub base: &'a Table,
     pub changes: &'a [&'a Change],
     /// What is chosen at the point; nothing where nothing is varied.
-    pub told: &'a str,
+    pub reported: &'a str,
 }
 
 impl PointFiles<'_> {
@@ -61,17 +61,17 @@ impl PointFiles<'_> {
     }
 
     fn refused(&self, message: impl std::fmt::Display) -> FileError {
-        self.told_at_point(self.document.error(&Field::new("simulation"), message))
+        self.reported_at_point(self.document.error(&Field::new("simulation"), message))
     }
 
     /// With which changes something does not fit.
     fn changed_at(&self) -> String {
         let study = self.document.path().display();
-        format!("with the changes of {study}{}{}", if self.told.is_empty() { "" } else { ", " }, self.told)
+        format!("with the changes of {study}{}{}", if self.reported.is_empty() { "" } else { ", " }, self.reported)
     }
 
-    fn told_at_point(&self, error: FileError) -> FileError {
-        if self.told.is_empty() { error } else { error.with_note(self.told.to_owned()) }
+    fn reported_at_point(&self, error: FileError) -> FileError {
+        if self.reported.is_empty() { error } else { error.with_note(self.reported.to_owned()) }
     }
 
     fn change(&self, table: &mut Table, of_session: bool) -> Result<(), FileError> {
@@ -84,7 +84,7 @@ impl PointFiles<'_> {
             if let Some(change) = applies {
                 change.make(table).map_err(|why| {
                     let what = format!("{why} in the {}", if of_session { "session" } else { "simulation" });
-                    self.told_at_point(self.document.error(&change.said, what))
+                    self.reported_at_point(self.document.error(&change.said, what))
                 })?;
             }
         }

@@ -17,7 +17,7 @@ use super::file::{ChangeTable, DrawTable, StudyTable, VaryTable};
 use super::point::places;
 use super::point_files::PointFiles;
 use super::source::{Said, Source};
-use super::{Axis, Compared, Point, Study, told};
+use super::{Axis, Compared, Point, Study, reported};
 use crate::quantities::measured_quantities;
 use crate::random_arms::Knowing;
 
@@ -260,9 +260,10 @@ impl Reader<'_> {
                 let places = places(index, &sizes);
                 let chosen = cases.iter().zip(&places).flat_map(|(cases, place)| &cases[*place].changes);
                 let changes: Vec<&Change> = common.iter().chain(chosen).collect();
-                let told = at(axes, &places);
+                let reported = at(axes, &places);
                 let (document, registry) = (self.document, self.registry);
-                let files = PointFiles { document, registry, path: &path, base: &base, changes: &changes, told: &told };
+                let files =
+                    PointFiles { document, registry, path: &path, base: &base, changes: &changes, reported: &reported };
                 let (mut simulation, session) = files.make(hash)?;
                 for input in simulation.template.inputs.iter().chain(&session.inputs) {
                     if !inputs.contains(input) {
@@ -320,8 +321,8 @@ fn axis(vary: &VaryTable, cases: &[Case]) -> Axis {
 
 /// What is chosen at a point, as a note for errors; nothing where nothing is varied.
 fn at(axes: &[Axis], places: &[usize]) -> String {
-    let told = told(axes, places);
-    if told.is_empty() { told } else { format!("at {told}") }
+    let reported = reported(axes, places);
+    if reported.is_empty() { reported } else { format!("at {reported}") }
 }
 
 /// Name and unit of everything that any trial measures.

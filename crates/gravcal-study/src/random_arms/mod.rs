@@ -151,7 +151,7 @@ mod tests {
 
     /// Gravity upside down explains the readings of this one a little better, too little to be told.
     #[test]
-    fn of_two_symmetric_solutions_that_cannot_be_told_apart_the_better_one_is_taken() {
+    fn of_two_symmetric_solutions_that_cannot_be_distinguished_the_better_one_is_taken() {
         assert_global(Knowing::Nothing, 1072);
     }
 

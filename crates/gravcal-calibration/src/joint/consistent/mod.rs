@@ -209,19 +209,21 @@ impl Columns {
 impl Solved {
     /// By how much the told variances exceed those of the noise: the median over what is known at all.
     fn inflation(&self) -> f64 {
-        let (noise, told) = (self.analysis.covariance(), self.covariance());
+        let (noise, reported) = (self.analysis.covariance(), self.covariance());
         let shared = 0..self.built.problem.columns().len();
         let known =
             shared.filter(|column| self.analysis.null_share(*column) < OPEN && noise.at(*column, *column) > 0.0);
-        let mut ratios: Vec<f64> =
-            known.map(|column| told.at(column, column) / noise.at(column, column)).filter(|r| r.is_finite()).collect();
+        let mut ratios: Vec<f64> = known
+            .map(|column| reported.at(column, column) / noise.at(column, column))
+            .filter(|r| r.is_finite())
+            .collect();
         median(&mut ratios).filter(|ratio| *ratio > 0.0).unwrap_or(1.0)
     }
 }
 
 fn links(session: &Session, parameters: &DVector<f64>) -> Vec<LinkInertiaResult> {
     let (bodies, _) = parameters.as_slice().as_chunks::<BODY>();
-    let told = session.robot.chain.links().iter().zip(bodies).map(|(link, body)| {
+    let reported = session.robot.chain.links().iter().zip(bodies).map(|(link, body)| {
         let body = BodyInertia::from_parameters(*body);
         LinkInertiaResult {
             link: link.name.clone(),
@@ -230,7 +232,7 @@ fn links(session: &Session, parameters: &DVector<f64>) -> Vec<LinkInertiaResult>
             tensor_kg_m2: body.tensor_about_center(),
         }
     });
-    told.collect()
+    reported.collect()
 }
 
 fn remarks_on(session: &Session, model: &ConsistentModel) -> Vec<String> {

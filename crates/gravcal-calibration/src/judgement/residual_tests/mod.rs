@@ -219,7 +219,7 @@ impl Tests<'_> {
                 let scored = score(maker, rows, neighbours, &[sum(&each)])?;
                 // Joints do not bend alike: the model takes up what each does.
                 let terms = lacking(maker, &each);
-                let tested = self.tell(0, term, Score { terms, ..scored });
+                let tested = self.report(0, term, Score { terms, ..scored });
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
             }
@@ -234,12 +234,12 @@ impl Tests<'_> {
                     }
                     _ => score(maker, rows, neighbours, &columns)?,
                 };
-                Some(self.tell(*channel, term, scored))
+                Some(self.report(*channel, term, scored))
             }
         }
     }
 
-    fn tell(&self, channel: usize, term: &Term, scored: Score) -> Tested {
+    fn report(&self, channel: usize, term: &Term, scored: Score) -> Tested {
         let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain, terms } = scored;
         let unit = self.session.channel_unit(channel);
         let amplitude = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -273,10 +273,10 @@ fn by_blocks(rows: &Rows, terms: &[Vec<f64>], after: &[f64], along: &DVector<f64
     let of_blocks = count as f64;
     let squares = scores.iter().fold(DMatrix::zeros(terms_count, terms_count), |sum, s| sum + s * s.transpose());
     let covariance = squares * (of_blocks / (of_blocks - 1.0));
-    let telling = sizes.iter().sum::<f64>().powi(2) / sizes.iter().map(|n| n * n).sum::<f64>() - 1.0;
-    let freedom = telling - terms_count as f64 + 1.0;
+    let informative = sizes.iter().sum::<f64>().powi(2) / sizes.iter().map(|n| n * n).sum::<f64>() - 1.0;
+    let freedom = informative - terms_count as f64 + 1.0;
     let enough = freedom >= LEAST_FREEDOM + 2.0 * (terms_count as f64 - 1.0);
-    let tested = enough.then(|| tested(along, covariance, freedom, freedom / telling)).flatten();
+    let tested = enough.then(|| tested(along, covariance, freedom, freedom / informative)).flatten();
     Some(Blocks { tested, count })
 }
 

@@ -14,7 +14,7 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
     let of_kind = |kind: &ResidualTestKind| -> Vec<&ResidualTest> {
         tests.iter().filter(|test| test.named && test.kind == *kind).collect()
     };
-    let others = tests.iter().filter(|test| test.named && !told_once(&test.kind));
+    let others = tests.iter().filter(|test| test.named && !reported_once(&test.kind));
     others
         .map(|test| of_one(session, test))
         .chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(tests)))
@@ -25,7 +25,7 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         .collect()
 }
 
-fn told_once(kind: &ResidualTestKind) -> bool {
+fn reported_once(kind: &ResidualTestKind) -> bool {
     use ResidualTestKind::{Compliance, Direction, Neighbours, TorqueFilter, TorqueLag};
     matches!(kind, Neighbours | Direction | Compliance | TorqueLag | TorqueFilter)
 }

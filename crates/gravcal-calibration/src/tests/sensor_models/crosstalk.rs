@@ -2,21 +2,21 @@
 
 use gravcal_robot_model::sensors::Options;
 
-use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
+use crate::testing::sensor_models::{assert_distinguished, shoulder, undetermined, with_model};
 
 #[test]
-fn a_banded_matrix_is_told_from_a_diagonal_one() {
+fn a_banded_matrix_is_distinguished_from_a_diagonal_one() {
     let options = Options::default().with("from", vec!["joint3"]);
-    assert_told_apart(&with_model(shoulder(), 1, "torque-crosstalk", &options, &[0.2]));
+    assert_distinguished(&with_model(shoulder(), 1, "torque-crosstalk", &options, &[0.2]));
 }
 
 #[test]
-fn a_full_matrix_is_told_from_a_diagonal_one() {
+fn a_full_matrix_is_distinguished_from_a_diagonal_one() {
     let mut simulation = shoulder();
     for (joint, truth) in [[0.1, -0.15], [0.2, 0.1], [-0.1, 0.12]].into_iter().enumerate() {
         simulation = with_model(simulation, joint, "torque-crosstalk", &Options::default(), &truth);
     }
-    assert_told_apart(&simulation);
+    assert_distinguished(&simulation);
 }
 
 /// Bare poses in which only the last joint moves do not fill a full matrix.

@@ -2,20 +2,20 @@
 
 use gravcal_robot_model::sensors::Options;
 
-use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
+use crate::testing::sensor_models::{assert_distinguished, shoulder, undetermined, with_model};
 
 fn warm() -> Options {
     Options::default().with("reference_degC", 30)
 }
 
 #[test]
-fn a_drift_in_time_is_told_from_a_constant_bias() {
-    assert_told_apart(&with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[2e-3]));
+fn a_drift_in_time_is_distinguished_from_a_constant_bias() {
+    assert_distinguished(&with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[2e-3]));
 }
 
 #[test]
-fn a_drift_with_temperature_is_told_from_a_constant_bias() {
-    assert_told_apart(&with_model(shoulder(), 2, "torque-bias-with-temperature", &warm(), &[0.6]));
+fn a_drift_with_temperature_is_distinguished_from_a_constant_bias() {
+    assert_distinguished(&with_model(shoulder(), 2, "torque-bias-with-temperature", &warm(), &[0.6]));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use gravcal_robot_model::sensors::Options;
 use toml::{Table, Value};
 
-use crate::testing::sensor_models::{assert_told_apart, estimate, shoulder, with_model};
+use crate::testing::sensor_models::{assert_distinguished, estimate, shoulder, with_model};
 
 /// Unknowns each with its nominal value and its limit; they are counted in the order of their names.
 fn formula(adds: &str, unknowns: [(&str, f64, f64); 3]) -> Options {
@@ -16,25 +16,25 @@ fn formula(adds: &str, unknowns: [(&str, f64, f64); 3]) -> Options {
 }
 
 #[test]
-fn torque_ripple_over_the_angle_is_told_from_a_constant_bias() {
+fn torque_ripple_over_the_angle_is_distinguished_from_a_constant_bias() {
     let unknowns = [("ripple", 3.0, 1.0), ("order", 6.0, 0.1), ("phase", 0.2, 0.2)];
     let options = formula("ripple * sin(order * position + phase)", unknowns);
-    assert_told_apart(&with_model(shoulder(), 1, "formula", &options, &[6.15, 0.5, 5.0]));
+    assert_distinguished(&with_model(shoulder(), 1, "formula", &options, &[6.15, 0.5, 5.0]));
 }
 
 /// Over the calibrated angle, and with the load: both move with other unknowns.
 #[test]
-fn ripple_that_grows_with_the_torque_is_told_from_a_constant_gain() {
+fn ripple_that_grows_with_the_torque_is_distinguished_from_a_constant_gain() {
     let unknowns = [("ripple", 0.2, 0.1), ("order", 4.0, 0.1), ("phase", 0.0, 0.2)];
     let options = formula("ripple * torque * sin(order * coordinate + phase)", unknowns);
-    assert_told_apart(&with_model(shoulder(), 1, "formula", &options, &[4.1, 0.3, 0.3]));
+    assert_distinguished(&with_model(shoulder(), 1, "formula", &options, &[4.1, 0.3, 0.3]));
 }
 
 #[test]
 fn a_position_sensor_may_have_a_formula() {
     let unknowns = [("wave", 0.03, 0.01), ("order", 4.0, 0.1), ("phase", 0.0, 0.2)];
     let options = formula("wave * sin(order * position + phase)", unknowns);
-    assert_told_apart(&with_model(shoulder(), 2, "position-formula", &options, &[4.1, 0.2, 0.05]));
+    assert_distinguished(&with_model(shoulder(), 2, "position-formula", &options, &[4.1, 0.2, 0.05]));
 }
 
 /// What does not vanish where its unknowns are zero has no absence to be tested against.

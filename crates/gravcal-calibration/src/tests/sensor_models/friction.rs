@@ -2,27 +2,27 @@
 
 use gravcal_robot_model::sensors::Options;
 
-use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
+use crate::testing::sensor_models::{assert_distinguished, shoulder, undetermined, with_model};
 
 fn with(model: &str, truth: f64) -> gravcal_session::simulation::Simulation {
     with_model(shoulder(), 1, model, &Options::default(), &[truth])
 }
 
 #[test]
-fn coulomb_friction_is_told_from_a_constant_bias() {
-    assert_told_apart(&with("coulomb-friction", 3.0));
+fn coulomb_friction_is_distinguished_from_a_constant_bias() {
+    assert_distinguished(&with("coulomb-friction", 3.0));
 }
 
 #[test]
-fn viscous_friction_is_told_from_a_constant_bias() {
-    assert_told_apart(&with("viscous-friction", 120.0));
+fn viscous_friction_is_distinguished_from_a_constant_bias() {
+    assert_distinguished(&with("viscous-friction", 120.0));
 }
 
 #[test]
 fn the_sign_of_the_velocity_is_a_direction() {
     let mut simulation = with("coulomb-friction", 3.0);
     simulation.conditions.direction = false;
-    assert_told_apart(&simulation);
+    assert_distinguished(&simulation);
 }
 
 #[test]

@@ -2,22 +2,22 @@
 
 use gravcal_robot_model::sensors::Options;
 
-use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
+use crate::testing::sensor_models::{assert_distinguished, shoulder, undetermined, with_model};
 
 fn orders(orders: &[i64]) -> Options {
     Options::default().with("orders", orders.to_vec())
 }
 
 #[test]
-fn eccentricity_is_told_from_an_even_scale() {
+fn eccentricity_is_distinguished_from_an_even_scale() {
     let truth = [0.02, -0.015];
-    assert_told_apart(&with_model(shoulder(), 1, "position-harmonics", &orders(&[1]), &truth));
+    assert_distinguished(&with_model(shoulder(), 1, "position-harmonics", &orders(&[1]), &truth));
 }
 
 #[test]
-fn ripple_is_told_from_an_even_scale() {
+fn ripple_is_distinguished_from_an_even_scale() {
     let truth = [0.01, 0.004, -0.003, 0.006];
-    assert_told_apart(&with_model(shoulder(), 2, "position-harmonics", &orders(&[2, 4]), &truth));
+    assert_distinguished(&with_model(shoulder(), 2, "position-harmonics", &orders(&[2, 4]), &truth));
 }
 
 /// Nothing is said of a joint's scale by readings at one place of it.

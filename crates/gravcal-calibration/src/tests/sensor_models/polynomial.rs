@@ -4,13 +4,13 @@ use gravcal_robot_model::sensors::Options;
 use gravcal_solvers::VariableProjection;
 
 use crate::result::EstimatorResult;
-use crate::testing::sensor_models::{assert_told_apart, estimate, estimate_by, shoulder, undetermined, with_model};
+use crate::testing::sensor_models::{assert_distinguished, estimate, estimate_by, shoulder, undetermined, with_model};
 
 #[test]
-fn a_curved_characteristic_is_told_from_a_straight_one() {
+fn a_curved_characteristic_is_distinguished_from_a_straight_one() {
     let truth = [4e-3, -4e-4];
     let options = Options::default();
-    assert_told_apart(&with_model(shoulder(), 1, "torque-gain-polynomial", &options, &truth));
+    assert_distinguished(&with_model(shoulder(), 1, "torque-gain-polynomial", &options, &truth));
 }
 
 /// Readings are no longer linear in the moments, and variable projection must not take them for it.
@@ -20,8 +20,8 @@ fn every_method_ends_at_the_same_polynomial() {
     let simulation = with_model(shoulder(), 1, "torque-gain-polynomial", &options, &[4e-3]);
     let session = simulation.session(0);
     let value = |result: EstimatorResult| {
-        let told = result.parameters.into_iter().find(|told| told.name == "joint2.torque_gain_2").unwrap();
-        (told.value.unwrap(), told.std.unwrap())
+        let reported = result.parameters.into_iter().find(|reported| reported.name == "joint2.torque_gain_2").unwrap();
+        (reported.value.unwrap(), reported.std.unwrap())
     };
     let (expected, std) = value(estimate(&session));
     let (found, _) = value(estimate_by(&VariableProjection::default(), &session));

@@ -43,14 +43,14 @@ fn unexplained(result: &EstimatorResult) -> Vec<UnexplainedResult> {
 }
 
 #[test]
-fn friction_at_rest_is_told_and_errors_are_as_they_say() {
+fn friction_at_rest_is_reported_and_errors_are_as_they_say() {
     let mut squares = Vec::new();
     for seed in 0..12 {
         let result = standing(seed, 1.0);
-        for (told, joint) in unexplained(&result).iter().zip(&TRUTH) {
+        for (reported, joint) in unexplained(&result).iter().zip(&TRUTH) {
             let truth = HELD * joint.friction / 3_f64.sqrt();
-            assert!((0.5..1.6).contains(&(told.std / truth)) && told.times_noise > 1.5, "{told:?} {truth}");
-            assert!(told.share_of_gravity.unwrap() < 0.1, "{told:?}");
+            assert!((0.5..1.6).contains(&(reported.std / truth)) && reported.times_noise > 1.5, "{reported:?} {truth}");
+            assert!(reported.share_of_gravity.unwrap() < 0.1, "{reported:?}");
         }
         for name in AFFINE {
             let found = result.parameter(name).unwrap();

@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_that_loses_digits_is_told() {
+    fn a_matrix_that_loses_digits_is_reported() {
         for (corner, sound) in [(1.0 + 1e-9, true), (1.0 + 1e-13, false), (f64::NAN, false)] {
             let mut factored = Factored::new(2);
             factored.matrix().fill([1.0; LANES]);

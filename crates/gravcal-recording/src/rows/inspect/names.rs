@@ -174,7 +174,7 @@ pub(super) fn meaning_of_motion(column: &str) -> Option<Meaning> {
 /// What a column may mean.
 pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Guess {
     let (head, bracketed) = without_unit(column);
-    let told = match ColumnName::parse(&head) {
+    let reported = match ColumnName::parse(&head) {
         Some(name) => {
             let meaning = match name.quantity {
                 Quantity::Position => Meaning::Position,
@@ -182,11 +182,11 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
                 Quantity::Effort => Meaning::Torque,
             };
             let commanded = name.topic.is_some_and(|topic| words(topic).iter().any(|word| is_commanded(word)));
-            Told { meaning: Some(meaning), joint: Some(name.joint.to_owned()), commanded, ..Told::default() }
+            Reported { meaning: Some(meaning), joint: Some(name.joint.to_owned()), commanded, ..Reported::default() }
         }
         None => by_words(&head, bracketed.and_then(meaning_of_unit)),
     };
-    let (said, meaning) = (bracketed.or(told.unit), told.meaning);
+    let (said, meaning) = (bracketed.or(reported.unit), reported.meaning);
     let largest = lowest.abs().max(highest.abs());
     let by_range = || match meaning? {
         _ if whole && largest > 20.0 => Some("count"),
@@ -197,7 +197,7 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
         Meaning::Torque => Some("N·m"),
         Meaning::Current if largest > 100.0 => Some("mA"),
         Meaning::Current => Some("A"),
-        Meaning::ForceTorque if told.axis?.starts_with('f') => Some("N"),
+        Meaning::ForceTorque if reported.axis?.starts_with('f') => Some("N"),
         Meaning::ForceTorque => Some("N·m"),
         Meaning::Orientation => None,
         Meaning::Temperature if lowest > 200.0 => Some("K"),
@@ -206,10 +206,10 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
     Guess {
         meaning,
         unit: said.or_else(by_range),
-        axis: told.axis,
-        joint: told.joint,
+        axis: reported.axis,
+        joint: reported.joint,
         unit_named: said.is_some(),
-        commanded: told.commanded,
+        commanded: reported.commanded,
     }
 }
 
@@ -272,7 +272,7 @@ fn is_commanded(word: &str) -> bool {
 
 /// What a name tells.
 #[derive(Default)]
-struct Told {
+struct Reported {
     meaning: Option<Meaning>,
     axis: Option<&'static str>,
     joint: Option<String>,
@@ -282,23 +282,23 @@ struct Told {
 
 /// Meaning, joint and unit of a name such as `q1_deg`, `joint1_position_rad`, `tau1_Nm`, `qd1_rad_per_s`; the meaning that its unit
 /// has, where no word tells one.
-fn by_words(column: &str, by_unit: Option<Meaning>) -> Told {
+fn by_words(column: &str, by_unit: Option<Meaning>) -> Reported {
     let words = words(column);
     let commanded = words.iter().any(|word| is_commanded(word));
     let is_rate = words.iter().any(|word| word == "per");
     let unit_of = |word: &String| UNITS.iter().find(|(name, _)| name == word).map(|(_, unit)| *unit);
     if let Some(part) = quaternion_part(&words) {
-        return Told { meaning: Some(Meaning::Orientation), axis: Some(part), commanded, ..Told::default() };
+        return Reported { meaning: Some(Meaning::Orientation), axis: Some(part), commanded, ..Reported::default() };
     }
     if is_of_wrench(&words) {
         let unit = words.iter().skip(1).find_map(unit_of);
         let axis = wrench_axis(&words);
-        return Told { meaning: Some(Meaning::ForceTorque), axis, unit, commanded, ..Told::default() };
+        return Reported { meaning: Some(Meaning::ForceTorque), axis, unit, commanded, ..Reported::default() };
     }
     let meaning_of =
         |word: &String| WORDS.iter().find(|(_, names)| names.contains(&word.as_str())).map(|(meaning, _)| *meaning);
     let Some(meaning) = words.iter().find_map(meaning_of).or(by_unit) else {
-        return Told { commanded, ..Told::default() };
+        return Reported { commanded, ..Reported::default() };
     };
     let of_current = |word: &String| (meaning == Meaning::Current && word == "a").then_some("A");
     let unit_of = |word: &String| unit_of(word).or_else(|| of_current(word));
@@ -317,7 +317,7 @@ fn by_words(column: &str, by_unit: Option<Meaning>) -> Told {
             && !(*place > 0 && (unit_of(word).is_some() || ["per", "s"].contains(&word.as_str())))
     });
     let joint: String = left.map(|(_, word)| word.as_str()).collect();
-    Told { meaning: Some(meaning), joint: (!joint.is_empty()).then_some(joint), unit, commanded, axis: None }
+    Reported { meaning: Some(meaning), joint: (!joint.is_empty()).then_some(joint), unit, commanded, axis: None }
 }
 
 /// `fx`, `ft_sensor_tz`, `wrench.force.x`, `tcp_torque_y`.

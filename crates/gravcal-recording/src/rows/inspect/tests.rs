@@ -17,7 +17,7 @@ fn thousand(name: &str, reading: impl Fn(u32) -> f64) -> Inspection {
 }
 
 #[test]
-fn rate_duration_gaps_and_jumps_are_told() {
+fn rate_duration_gaps_and_jumps_are_reported() {
     let found = inspected("t_ms,q\n0,1\n10,2\n20,3\n20,3\n30,4\n1030,5\n1020,6\n1030,7\n,8\n");
     let time = found.time.as_ref().unwrap();
     assert_eq!((time.unit, time.from_s, time.to_s, time.interval_s), ("ms", 0.0, 1.03, 0.01));
@@ -36,7 +36,7 @@ fn rate_duration_gaps_and_jumps_are_told() {
 }
 
 #[test]
-fn stuck_and_saturated_sensors_are_told() {
+fn stuck_and_saturated_sensors_are_reported() {
     let noisy = |row: u32| f64::from(row * 7919 % 1000);
     let found = |reading: &dyn Fn(u32) -> f64| thousand("tau1", reading).columns.remove(0);
     let good = found(&noisy);
@@ -109,7 +109,7 @@ fn meanings_are_guessed_from_names_and_ranges() {
 }
 
 #[test]
-fn axes_of_wrenches_and_parts_of_quaternions_are_told_by_their_names() {
+fn axes_of_wrenches_and_parts_of_quaternions_are_reported_by_their_names() {
     let axis = |name: &str| names::guess(name, -1.0, 1.0, false).axis.unwrap_or("-");
     for (name, expected) in [
         ("fx", "fx"),
@@ -129,7 +129,7 @@ fn axes_of_wrenches_and_parts_of_quaternions_are_told_by_their_names() {
 }
 
 #[test]
-fn a_joint_that_stands_is_told_from_one_that_moves() {
+fn a_joint_that_stands_is_distinguished_from_one_that_moves() {
     let found = inspected("t_s,q1,q2,q3,tau1,tau2,tau3\n0,0,1,0.02,1,2,3\n1,2,1.1,0.0201,4,5,6\n");
     let joints = found.joints();
     let moving: Vec<_> = found.moving(&joints).map(|joint| found.columns[joint.position].name.as_str()).collect();
@@ -173,8 +173,8 @@ fn pairs(header: &str) -> (Vec<String>, Inspection) {
 
 #[test]
 fn numbers_in_names_tell_which_torque_is_whose() {
-    let (told, found) = pairs("J1 [°],J3 [°],J2 [°],T3 (Nm),T1 (Nm),T2 (Nm)");
-    assert_eq!(told, ["J1 [°] T1 (Nm)", "J2 [°] T2 (Nm)", "J3 [°] T3 (Nm)"]);
+    let (reported, found) = pairs("J1 [°],J3 [°],J2 [°],T3 (Nm),T1 (Nm),T2 (Nm)");
+    assert_eq!(reported, ["J1 [°] T1 (Nm)", "J2 [°] T2 (Nm)", "J3 [°] T3 (Nm)"]);
     assert_eq!(found.pairing_doubt(), None);
     // Of names that tell the joint, numbers are only the order.
     assert_eq!(pairs("tau1,q2,tau2,q1").0, ["q1 tau1", "q2 tau2"]);
@@ -183,16 +183,16 @@ fn numbers_in_names_tell_which_torque_is_whose() {
 }
 
 #[test]
-fn numbers_that_do_not_go_together_are_told() {
+fn numbers_that_do_not_go_together_are_reported() {
     for (header, expected) in [
         ("J1 [°],J2 [°],T0 (Nm),T1 (Nm)", "those of positions carry the numbers 1, 2, those of torques 0, 1"),
         ("J1 [°],J2 [°],left (Nm),right (Nm)", "only those of positions carry numbers (1, 2)"),
         ("left [°],right [°],T1 (Nm),T2 (Nm)", "only those of torques carry numbers (1, 2)"),
     ] {
-        let (told, found) = pairs(header);
+        let (reported, found) = pairs(header);
         let (positions, torques): (Vec<_>, Vec<_>) = header.split(',').enumerate().partition(|(place, _)| *place < 2);
         let in_order: Vec<String> = positions.iter().zip(&torques).map(|(a, b)| format!("{} {}", a.1, b.1)).collect();
-        assert_eq!(told, in_order);
+        assert_eq!(reported, in_order);
         let doubt = found.pairing_doubt().unwrap();
         assert!(doubt.contains(expected) && doubt.contains("paired by their order: `"), "{doubt}");
         assert!(found.to_string().contains("Which torque is of which joint is not told"), "{found}");
@@ -232,8 +232,8 @@ fn dates_with_times_are_a_clock() {
         assert_eq!((time.column.as_str(), time.unit, time.from_s), (column, "ISO 8601", 1_714_564_800.0));
         assert!((time.interval_s - 0.01).abs() < 1e-6 && (time.to_s - time.from_s - 2.99).abs() < 1e-6, "{time:?}");
         assert!(found.remarks.is_empty() && found.columns.len() == 2, "{found:?}");
-        let told = format!("2.990 s from 2024-05-01T12:00:00.000Z on, 100.0 Hz (`{column}` in ISO 8601)");
-        assert!(found.to_string().contains(&told), "{found}");
+        let reported = format!("2.990 s from 2024-05-01T12:00:00.000Z on, 100.0 Hz (`{column}` in ISO 8601)");
+        assert!(found.to_string().contains(&reported), "{found}");
     }
     let commas = inspected("time;q1\n2024-05-01 12:00:00,010;1,5\n2024-05-01 12:00:00,020;2,5\n");
     assert!(
@@ -241,8 +241,9 @@ fn dates_with_times_are_a_clock() {
         "{commas:?}"
     );
     let other = inspected("time,q1\n2024-05-01 12:00:00,1\n12,2\n01.05.2024 12:00,3\n");
-    let told = "cells that are no dates with times (ISO 8601) count as missing: 2 of `time`; the first is on line 3";
-    assert_eq!(other.remarks, [told]);
+    let reported =
+        "cells that are no dates with times (ISO 8601) count as missing: 2 of `time`; the first is on line 3";
+    assert_eq!(other.remarks, [reported]);
     let none = inspected("time,q1\n01.05.2024 12:00,1\n01.05.2024 12:01,2\n");
     assert!(none.time.is_none() && none.remarks[0].contains("nor dates with times such as"), "{none:?}");
 }

@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told() {
+    fn what_is_wrong_is_reported() {
         let bytes = written(&["a", "b"], [&[1.0, 2.0], &[], &[]]);
         for length in 0..bytes.len() {
             assert_eq!(Message::read(&bytes[..length]), Err(Malformed::Short), "{length}");

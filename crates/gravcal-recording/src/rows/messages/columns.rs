@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::rows::MOST_COLUMNS;
 use crate::rows::joint_state::{ColumnName, Quantity, TIME};
-use crate::rows::missing::{Missing, tell_missing};
+use crate::rows::missing::{Missing, report_missing};
 
 /// More joints than any message names: each may have three columns.
 pub(super) const MOST_JOINTS: usize = (MOST_COLUMNS - 1) / 3;
@@ -74,7 +74,7 @@ impl Columns {
     pub(super) fn remarks(&self) -> impl Iterator<Item = String> + '_ {
         let columns = self.columns.iter().zip(&self.names[1.min(self.names.len())..]);
         let bad = columns.map(|(column, name)| Missing { column: name, count: column.not_finite, first: None });
-        self.remarks.iter().cloned().chain(tell_missing("readings that are no finite numbers", bad))
+        self.remarks.iter().cloned().chain(report_missing("readings that are no finite numbers", bad))
     }
 
     /// Whether an order of joints in the topic's messages is known; it is that of the present message then.

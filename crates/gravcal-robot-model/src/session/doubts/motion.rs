@@ -69,7 +69,7 @@ impl Joined {
     }
 
     /// Why rows of a file are no static poses, and what to do about it; `None` where they look like such.
-    pub fn tell(&self, file: &Path, has_clock: bool) -> Option<String> {
+    pub fn report(&self, file: &Path, has_clock: bool) -> Option<String> {
         let why = match self.is_motion() {
             true => "neighbours differ by little and in order, as those of an arm in motion do",
             false if self.rows > STATIC_POSES => "nobody lets an arm stand so often",
@@ -117,5 +117,5 @@ fn doubt(session: &Session, table: usize) -> Option<String> {
     }
     let mut joined = Joined::new(ends.iter().map(|[low, high]| high - low));
     rows().for_each(|row| joined.take(&row));
-    joined.tell(&session.tables[table].path, session.readings.conditions.time.is_some())
+    joined.report(&session.tables[table].path, session.readings.conditions.time.is_some())
 }

@@ -26,7 +26,7 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
     let turned = (!turning.is_empty()).then(|| {
         let what =
             format!("angles of {} reach {:.0} rad, farther than joints turn", named(session, &turning), far(&turning));
-        tell(session, &turning, &what, MistakenUnit::DEGREES_AS_RADIANS)
+        report(session, &turning, &what, MistakenUnit::DEGREES_AS_RADIANS)
     });
     let slid = (!sliding.is_empty()).then(|| {
         let what = format!(
@@ -34,16 +34,18 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
             named(session, &sliding),
             far(&sliding)
         );
-        tell(session, &sliding, &what, MistakenUnit::MILLIMETERS_AS_METERS)
+        report(session, &sliding, &what, MistakenUnit::MILLIMETERS_AS_METERS)
     });
     turned.into_iter().chain(slid).chain(hardly_turning(session)).collect()
 }
 
 /// What readings of these joints are.
-fn tell(session: &Session, joints: &[usize], what: &str, mistaken: MistakenUnit) -> String {
+fn report(session: &Session, joints: &[usize], what: &str, mistaken: MistakenUnit) -> String {
     let si = |joint: &usize| session.joints[*joint].position_unit.name() == mistaken.declared;
     match joints.iter().all(si) {
-        true => format!("As declared, {what}: the position readings {}. If so, {}.", mistaken.told(), mistaken.cure()),
+        true => {
+            format!("As declared, {what}: the position readings {}. If so, {}.", mistaken.reported(), mistaken.cure())
+        }
         false => format!(
             "As declared, {what}: the unit of the position readings, or their nominal gain, is another. Look at [readings] position and at position_gain in [[joint]]."
         ),
@@ -87,7 +89,7 @@ fn hardly_turning(session: &Session) -> Option<String> {
             "As declared, no joint is farther than {:.1} deg from zero in any pose: the position readings {}. If so, {}; else the \
              poses hardly differ, and tell little.",
             largest.to_degrees(),
-            mistaken.told(),
+            mistaken.reported(),
             mistaken.cure()
         )
     })

@@ -30,7 +30,7 @@ impl MistakenUnit {
     }
 
     /// What readings look like, in words that follow on the readings' name.
-    pub fn told(self) -> String {
+    pub fn reported(self) -> String {
         format!("look like {}, and are declared as {}", self.likely, self.declared)
     }
 

@@ -20,13 +20,13 @@ use crate::result::{
 ///
 /// # Errors
 /// Where that problem has no answer at all.
-pub fn tell_steps(
+pub fn report_steps(
     session: &Session,
     known: &SequentialValues,
     environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let Brief { verdict, termination, iterations, gravity, parameters } = tell_steps_briefly(session, known);
-    let undetermined = tell_missing(session, known);
+    let Brief { verdict, termination, iterations, gravity, parameters } = report_steps_briefly(session, known);
+    let undetermined = report_missing(session, known);
     let any = verdict != Verdict::Failed;
     let mut result = EstimatorResult {
         name: "sequential".into(),
@@ -35,7 +35,7 @@ pub fn tell_steps(
         iterations,
         trace: Vec::new(),
         gravity,
-        covariance: tell_covariance(session, known),
+        covariance: report_covariance(session, known),
         moments: Vec::new(),
         deflections: Vec::new(),
         position_errors: Vec::new(),
@@ -45,19 +45,19 @@ pub fn tell_steps(
         active_constraints: Vec::new(),
         weak: Vec::new(),
         held: Vec::new(),
-        uncertainty: any.then(|| tell_uncertainty(session, &known.readings)),
+        uncertainty: any.then(|| report_uncertainty(session, &known.readings)),
         loss: None,
         outliers: Vec::new(),
         fit: None,
         payloads: Vec::new(),
         consistent_model: None,
-        notes: tell_notes(session, known),
+        notes: report_notes(session, known),
         reasons: 0,
         detail: Detail::default(),
         parameters,
     };
     if let Some(start) = known.as_start(session) {
-        environment.tell("judging the sequential values on all readings");
+        environment.report("judging the sequential values on all readings");
         let start = joint::start_around(session, &known.readings, &start)?;
         let mut built = joint::build_problem(session, &known.readings, &start)?;
         let fixed = found_blocks(&built, known);
@@ -74,7 +74,7 @@ pub fn tell_steps(
             solved.covariance(),
             &[],
         );
-        result.moments = moments.into_iter().map(|moment| moment.told).collect();
+        result.moments = moments.into_iter().map(|moment| moment.reported).collect();
         result.detail.singular_values = solved.analysis.singular_values().to_vec();
         result.fit = Some(joint::fit_with_held_out(session, &solved, environment)?);
     }
@@ -82,8 +82,8 @@ pub fn tell_steps(
 }
 
 /// The same of sensors and gravity alone, without judging it.
-pub fn tell_steps_briefly(session: &Session, known: &SequentialValues) -> Brief {
-    let parameters = tell_parameters(session, known);
+pub fn report_steps_briefly(session: &Session, known: &SequentialValues) -> Brief {
+    let parameters = report_parameters(session, known);
     let asked = session.asks("gravity");
     let gravity = known.gravity.as_ref().ok();
     let complete = parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !asked);
@@ -108,7 +108,7 @@ pub fn tell_steps_briefly(session: &Session, known: &SequentialValues) -> Brief 
     }
 }
 
-fn tell_uncertainty(session: &Session, readings: &MeasurementSet) -> UncertaintyResult {
+fn report_uncertainty(session: &Session, readings: &MeasurementSet) -> UncertaintyResult {
     let source = match session.noise_estimated().contains(&true) {
         true => NoiseSource::Residuals,
         false if readings.unexplained_found(session) => NoiseSource::StatedAndUnexplained,
@@ -127,7 +127,7 @@ fn found_blocks(built: &joint::JointProblem, known: &SequentialValues) -> Vec<Bl
 
 /// Gravity's covariance and the variances of what the steps found: between steps, and between the parameters of one
 /// step, nothing is known to the sequential estimator, and zeros stand for it.
-fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceResult {
+fn report_covariance(session: &Session, known: &SequentialValues) -> CovarianceResult {
     let joints = session.robot.chain.joints().iter().zip(&known.sensors).enumerate();
     let found = joints.flat_map(|(index, (joint, sensor))| {
         SensorParameter::ALL.into_iter().filter_map(move |quantity| {
@@ -150,33 +150,33 @@ fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceRes
     CovarianceResult { order, matrix }
 }
 
-fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
+fn report_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
     let quantile = Quantile::normal();
-    let tell = |id: ParameterId| {
-        let mut told = ParameterResult::blank(session, id);
+    let report = |id: ParameterId| {
+        let mut reported = ParameterResult::blank(session, id);
         let ParameterId::Sensor(joint, quantity) = id else {
-            told.determined = false;
-            return told;
+            reported.determined = false;
+            return reported;
         };
         match known.sensors[joint].of(quantity) {
-            Ok(found) if told.determined => {
-                told.value = Some(found.value);
-                told.std = Some(found.std);
-                told.ci95 = Some(quantile.interval(found.value, found.std));
+            Ok(found) if reported.determined => {
+                reported.value = Some(found.value);
+                reported.std = Some(found.std);
+                reported.ci95 = Some(quantile.interval(found.value, found.std));
             }
-            _ => told.determined = false,
+            _ => reported.determined = false,
         }
-        told
+        reported
     };
-    session.parameters().into_iter().map(tell).collect()
+    session.parameters().into_iter().map(report).collect()
 }
 
 /// What was not found, parameters with one and the same reason together.
-fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined> {
+fn report_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined> {
     if let Some(missing) = &known.impossible {
         return vec![Undetermined {
             combination: "everything".into(),
-            ..missing.clone().tell(vec!["everything".into()])
+            ..missing.clone().report(vec!["everything".into()])
         }];
     }
     let mut reasons: Vec<(Missing, Vec<String>)> = Vec::new();
@@ -200,14 +200,14 @@ fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined
             add(&Missing::new(ONLY_AFFINE, "use the joint estimator"), name);
         }
     }
-    let mut told: Vec<Undetermined> = reasons.into_iter().map(|(missing, names)| missing.tell(names)).collect();
-    told.extend(joint::last_frame_choices(session));
-    told
+    let mut reported: Vec<Undetermined> = reasons.into_iter().map(|(missing, names)| missing.report(names)).collect();
+    reported.extend(joint::last_frame_choices(session));
+    reported
 }
 
 const ONLY_AFFINE: &str = "the sequential procedure knows only gains, biases and offsets of joint sensors";
 
-fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
+fn report_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
     let mut notes = joint::session_notes(session);
     if known.impossible.is_some() {
         return notes;

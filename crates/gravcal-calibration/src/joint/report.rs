@@ -25,7 +25,7 @@ use crate::result::{
 };
 
 /// Tells a conclusion in words and numbers.
-pub(super) fn tell(
+pub(super) fn report(
     session: &Session,
     name: &str,
     conclusion: Conclusion,
@@ -38,9 +38,9 @@ pub(super) fn tell(
     let bias = |joint: usize| judgement.determines(ParameterId::Sensor(joint, SensorParameter::TorqueBias));
     keep_determined(&mut fit.residuals, gravity.is_some(), bias);
     let situation = solved.situation(session);
-    let moments = tell_moments(session, solved, &judgement);
+    let moments = report_moments(session, solved, &judgement);
     let mut undetermined: Vec<Undetermined> = unknown_noise(session, solved, &parameters).into_iter().collect();
-    undetermined.extend(judgement.combinations.iter().map(|c| situation.tell(&c.into())));
+    undetermined.extend(judgement.combinations.iter().map(|c| situation.report(&c.into())));
     undetermined.extend(unknown_sign(session, solved, &solved.readings.spreads));
     undetermined.extend(last_frame_choices(session));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
@@ -55,7 +55,7 @@ pub(super) fn tell(
     notes.extend(remarks);
     notes.extend(of_model);
     notes.extend(fit.held_out_missing.iter().map(no_held_out_note));
-    notes.extend(tell_session(session, solved, &parameters));
+    notes.extend(report_session(session, solved, &parameters));
     notes.extend(modelled::notes(session, solved)?);
     notes.extend(outlier_note(solved.built.loss, solved.built.rows.len(), &outliers));
     // Where the solver stopped anywhere, so did these.
@@ -65,9 +65,9 @@ pub(super) fn tell(
         verdict,
         termination,
         iterations: solved.estimate.iterations.len().saturating_sub(1),
-        trace: tell_trace(solved),
-        covariance: tell_covariance(session, solved, &judgement, &moments),
-        moments: moments.into_iter().map(|moment| moment.told).collect(),
+        trace: report_trace(solved),
+        covariance: report_covariance(session, solved, &judgement, &moments),
+        moments: moments.into_iter().map(|moment| moment.reported).collect(),
         deflections: deflections(session, solved),
         position_errors: position_errors(session, solved),
         gravity,
@@ -75,7 +75,7 @@ pub(super) fn tell(
         sensor_models,
         residual_tests,
         undetermined,
-        active_constraints: constraints::tell(&solved.built.problem, &solved.estimate.active),
+        active_constraints: constraints::report(&solved.built.problem, &solved.estimate.active),
         weak,
         held: held(solved),
         uncertainty: Some(uncertainty),
@@ -88,7 +88,7 @@ pub(super) fn tell(
         notes,
         detail: Detail {
             singular_values: solved.analysis.singular_values().to_vec(),
-            iterates: tell_iterates(session, solved),
+            iterates: report_iterates(session, solved),
         },
     };
     if verdict == Verdict::Failed || solved.freedom_of_noise(session).is_some() {
@@ -118,7 +118,7 @@ fn no_held_out_note(why: &String) -> String {
 }
 
 /// What a reader needs to know of a session and of what it held.
-fn tell_session(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
+fn report_session(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
     let mut notes: Vec<String> = session_notes(session).into_iter().collect();
     notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
     notes.extend(sweep_moments::left_out_note(session));
@@ -141,7 +141,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.uncertainty = None;
 }
 
-pub(super) fn tell_termination(solved: &Solved) -> String {
+pub(super) fn report_termination(solved: &Solved) -> String {
     let termination = solved.estimate.termination;
     let last = if termination.converged() { "the last" } else { "one" };
     match &solved.readings.order {
@@ -157,7 +157,7 @@ pub(super) fn tell_termination(solved: &Solved) -> String {
 }
 
 /// Costs from start to end; of no meaning where every update has a cost of its own.
-fn tell_trace(solved: &Solved) -> Vec<Iteration> {
+fn report_trace(solved: &Solved) -> Vec<Iteration> {
     match solved.readings.order {
         Order::Together => solved.estimate.iterations.iter().map(Iteration::from).collect(),
         Order::StepByStep(_) | Order::PoseByPose { .. } => Vec::new(),
@@ -165,25 +165,25 @@ fn tell_trace(solved: &Solved) -> Vec<Iteration> {
 }
 
 /// The sensors' parameters after each iteration of the trace.
-fn tell_iterates(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
+fn report_iterates(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
     let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.built.variables.block(id)).collect();
     solved.estimate.iterates.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
 }
 
-pub(super) fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
+pub(super) fn report_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
     for parameter in session.parameters() {
         let id = solved.built.variables.block(parameter);
         let value = solved.estimate.values.scalar(id);
-        let mut told = ParameterResult::blank(session, parameter);
-        told.determined = judgement.determines(parameter) && told.determined;
-        if told.determined {
-            told.value = Some(value);
-            told.std = Some(solved.parameter_std(parameter));
+        let mut reported = ParameterResult::blank(session, parameter);
+        reported.determined = judgement.determines(parameter) && reported.determined;
+        if reported.determined {
+            reported.value = Some(value);
+            reported.std = Some(solved.parameter_std(parameter));
             let own: Vec<(usize, f64)> = solved.built.problem.columns_of(id).map(|column| (column, 1.0)).collect();
-            told.ci95 = Some(solved.uncertainty.interval(value, &own));
+            reported.ci95 = Some(solved.uncertainty.interval(value, &own));
         }
-        parameters.push(told);
+        parameters.push(reported);
     }
     parameters
 }
@@ -224,7 +224,7 @@ pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[P
 }
 
 /// Combinations of moments and placements. Where gravity's sign is open, so is the sign of all of them.
-fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<DeterminedMoment> {
+fn report_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<DeterminedMoment> {
     if !solved.sign_known {
         return Vec::new();
     }
@@ -247,7 +247,7 @@ fn open_columns(session: &Session, solved: &Solved, judgement: &Judgement) -> Ve
 }
 
 /// The covariance of what is determined: gravity, sensor parameters, and the combinations of moments by their place.
-fn tell_covariance(
+fn report_covariance(
     session: &Session,
     solved: &Solved,
     judgement: &Judgement,
@@ -275,7 +275,7 @@ pub(crate) fn last_frame_choices(session: &Session) -> Vec<Undetermined> {
     let chain = &session.robot.chain;
     let chosen =
         |joint: &usize| session.fixed_reason(*joint, SensorParameter::PositionOffset) == Some(LAST_FRAME_CHOICE);
-    let tell = |joint: usize| {
+    let report = |joint: usize| {
         let name = SensorParameter::PositionOffset.name(&chain.joints()[joint].name);
         let of_branch = chain.links_of(joint).map(|link| format!("link {}", chain.links()[link].name));
         let link = if chain.is_serial() { "the last link".into() } else { of_branch.collect::<Vec<_>>().join(" or ") };
@@ -286,7 +286,7 @@ pub(crate) fn last_frame_choices(session: &Session) -> Vec<Undetermined> {
             cure: format!("state a load's position in {link} (position_m)"),
         }
     };
-    (0..session.joints.len()).filter(chosen).map(tell).collect()
+    (0..session.joints.len()).filter(chosen).map(report).collect()
 }
 
 /// That the readings do not tell gravity from its opposite, where that is so; with the parameters that would turn with it.
