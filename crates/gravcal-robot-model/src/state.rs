@@ -1,7 +1,7 @@
 //! What a session does not know as plain numbers: what a start, a truth or a solution is made of.
 
 use crate::parameter::{ParameterId, SensorParameter};
-use crate::session::{Instrument, InstrumentKind, Load, Session};
+use crate::session::{AuxiliarySensor, AuxiliarySensorKind, Load, Session};
 
 /// A value for every unknown of a session, in inside units.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,7 +85,7 @@ impl State {
     /// does on known lengths. What is given as exact stays.
     pub fn upside_down(&self, session: &Session) -> State {
         let mut further = self.further.clone();
-        let wrist = |instrument: &&Instrument| instrument.kind == InstrumentKind::ForceTorque;
+        let wrist = |instrument: &&AuxiliarySensor| instrument.kind == AuxiliarySensorKind::ForceTorque;
         for instrument in session.instruments.iter().filter(wrist) {
             let free = instrument.own_parameters().filter(|own| session.further[*own].fixed.is_none());
             free.for_each(|own| further[own] *= -1.0);

@@ -208,7 +208,7 @@ use gravcal_robot_model::residual_models::ResidualInUse;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::sensors::SensorTerms;
 use gravcal_robot_model::session::{
-    Ask, Constraints, Deflection, GravityPrior, InertiaPrior, Instrument, JointPriors, Load, LoadDistance, Pose,
+    Ask, AuxiliarySensor, Constraints, Deflection, GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance, Pose,
     PoseTable, PriorKind, Session,
 };
 use serde::Deserialize;
@@ -488,7 +488,7 @@ struct Declared {
     gravity: GravityPrior,
     inertia: InertiaPrior,
     joints: Vec<JointPriors>,
-    instruments: Vec<Instrument>,
+    instruments: Vec<AuxiliarySensor>,
     terms: SensorTerms,
     residuals: Vec<ResidualInUse>,
     further: Vec<Parameter>,

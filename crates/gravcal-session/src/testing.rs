@@ -6,8 +6,8 @@ use gravcal_robot_model::State;
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
-    GravityPrior, Instrument, InstrumentKind, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind,
-    Session,
+    AuxiliarySensor, AuxiliarySensorKind, GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable,
+    PriorKind, Session,
 };
 
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
@@ -117,9 +117,9 @@ pub fn sarcos_shoulder() -> Simulation {
 /// The same with a wrist sensor on the last link and an accelerometer on the first, whose gains are one an axis.
 pub fn sarcos_with_instruments() -> Simulation {
     let mut simulation = sarcos_shoulder();
-    let wrist = Instrument {
+    let wrist = AuxiliarySensor {
         name: "wrist".into(),
-        kind: InstrumentKind::ForceTorque,
+        kind: AuxiliarySensorKind::ForceTorque,
         link: 2,
         mounting: Transform::from_xyz_rpy([0.02, -0.01, 0.1], [0.2, -0.3, 0.4]),
         in_base: false,
@@ -131,9 +131,9 @@ pub fn sarcos_with_instruments() -> Simulation {
         first_parameter: 0,
         first_reading: 0,
     };
-    let imu = Instrument {
+    let imu = AuxiliarySensor {
         name: "imu".into(),
-        kind: InstrumentKind::Accelerometer,
+        kind: AuxiliarySensorKind::Accelerometer,
         link: 0,
         mounting: Transform::about_x(0.7),
         in_base: false,

@@ -2,7 +2,7 @@
 //! another order, or the sensor is mounted turned by right angles.
 
 use gravcal_recording::Reading;
-use gravcal_robot_model::session::{InstrumentKind, Session};
+use gravcal_robot_model::session::{AuxiliarySensorKind, Session};
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
 /// The orders of three axes; the first is that of their names.
@@ -22,7 +22,7 @@ impl ExchangedAxes {
         let may_be = |index: &usize| {
             let sensor = &session.instruments[*index];
             let alike = |units: &[Option<String>]| units.iter().all(|unit| *unit == units[0]);
-            sensor.kind == InstrumentKind::ForceTorque
+            sensor.kind == AuxiliarySensorKind::ForceTorque
                 && !sensor.in_base
                 && sensor.units.len() == 6
                 && sensor.units.chunks(3).all(alike)

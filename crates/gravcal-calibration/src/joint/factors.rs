@@ -5,10 +5,10 @@ use std::sync::Arc;
 use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
 use gravcal_robot_model::residuals::{
-    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PositionTerms, SensedQuantity, SpecificForce, Stacked,
-    Wrench, names_a_block_twice,
+    AuxiliarySensorModel, AuxiliarySensorReading, CarriedLoad, GainEntry, PositionTerms, SensedQuantity, SpecificForce,
+    Stacked, Wrench, names_a_block_twice,
 };
-use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, ReadingId, Session};
+use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Pose, ReadingId, Session};
 
 use super::at_rest;
 use super::measurement_set::{MeasurementSet, position_terms};
@@ -81,7 +81,7 @@ struct Models<'s> {
     session: &'s Session,
     torques: Torques<'s>,
     /// Of each instrument, by its set of biases.
-    instruments: Vec<Vec<Vec<Arc<InstrumentModel>>>>,
+    instruments: Vec<Vec<Vec<Arc<AuxiliarySensorModel>>>>,
 }
 
 impl<'s> Models<'s> {
@@ -89,7 +89,7 @@ impl<'s> Models<'s> {
         let chain = Arc::new(session.robot.chain.clone());
         let loads = (0..session.loads.len()).map(|load| carried(session, variables, load));
         let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
-        let instrument = |instrument: &Instrument| {
+        let instrument = |instrument: &AuxiliarySensor| {
             let model = |table: usize, load: &Option<CarriedLoad>| {
                 Arc::new(instrument_model((session, variables), Arc::clone(&chain), (instrument, table), load.clone()))
             };
@@ -127,7 +127,7 @@ impl<'s> Models<'s> {
                 let model = Arc::clone(&self.instruments[number][instrument.bias_set(pose.table)][load]);
                 let coordinates = coordinates(session, index, instrument.link);
                 let drifts = instrument.drifts.iter().map(|drift| drift.value(&pose.conditions)).collect();
-                let reading = InstrumentReading::new(model, coordinates, pose.orientation, own);
+                let reading = AuxiliarySensorReading::new(model, coordinates, pose.orientation, own);
                 let reading = reading.with_terms(position_terms_in(session, pose, instrument.link)).drifting(drifts);
                 parts.push(Arc::new(reading));
             }
@@ -140,16 +140,16 @@ impl<'s> Models<'s> {
 fn instrument_model(
     (session, variables): (&Session, &VariableIndex),
     chain: Arc<Chain>,
-    (instrument, table): (&Instrument, usize),
+    (instrument, table): (&AuxiliarySensor, usize),
     load: Option<CarriedLoad>,
-) -> InstrumentModel {
+) -> AuxiliarySensorModel {
     let own = &variables.further[instrument.own_parameters()];
     let sensed: Arc<dyn SensedQuantity> = match instrument.kind {
-        InstrumentKind::ForceTorque => {
+        AuxiliarySensorKind::ForceTorque => {
             let beyond = load.filter(|load| load.link == instrument.link);
             Arc::new(Wrench::new(&instrument.mounting, [own[0], own[1], own[2], own[3]], beyond))
         }
-        InstrumentKind::Accelerometer => Arc::new(SpecificForce::new([own[0], own[1], own[2]])),
+        AuxiliarySensorKind::Accelerometer => Arc::new(SpecificForce::new([own[0], own[1], own[2]])),
     };
     let gain = |((reading, sensed), block): (&(usize, usize), &BlockId)| GainEntry {
         reading: *reading,
@@ -160,7 +160,7 @@ fn instrument_model(
         [&variables.further[instrument.biases_of_table(table)], &variables.further[instrument.drift_parameters()]]
             .concat();
     let gains = instrument.gains.iter().zip(&variables.further[instrument.gain_parameters()]).map(gain);
-    InstrumentModel::new(
+    AuxiliarySensorModel::new(
         (chain, instrument.link),
         instrument.mounting.rotation(),
         sensed,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use gravcal_estimation::Loss;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::sensors::Term;
-use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, PriorKind, Session, UnexplainedError};
+use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Pose, PriorKind, Session, UnexplainedError};
 
 use super::order::Order;
 
@@ -157,7 +157,7 @@ impl MeasurementSet {
     pub(super) fn carried(&self, session: &Session) -> Vec<bool> {
         let feels = |channel: &usize| match session.axis(*channel) {
             None => true,
-            Some((instrument, _)) => session.instruments[instrument].kind == InstrumentKind::ForceTorque,
+            Some((instrument, _)) => session.instruments[instrument].kind == AuxiliarySensorKind::ForceTorque,
         };
         let poses = || session.poses.iter().zip(&self.used).filter(|(_, used)| used.iter().any(feels));
         (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
@@ -205,7 +205,7 @@ fn is_observed(session: &Session, id: ParameterId) -> bool {
 }
 
 /// Whether the readings of an axis in a table depend on a parameter.
-fn reads(instrument: &Instrument, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {
+fn reads(instrument: &AuxiliarySensor, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {
     match id {
         ParameterId::Sensor(joint, quantity) => {
             let position = matches!(quantity, SensorParameter::PositionGain | SensorParameter::PositionOffset);

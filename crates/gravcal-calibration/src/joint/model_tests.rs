@@ -19,7 +19,7 @@ use gravcal_estimation::statistics::LinearFunction;
 use gravcal_estimation::{BlockId, Loss};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::ParameterId;
-use gravcal_robot_model::session::{Drift, Instrument, Session};
+use gravcal_robot_model::session::{AuxiliarySensor, Drift, Session};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -78,7 +78,7 @@ impl ModelTests<'_> {
     }
 
     /// Whether the biases of an instrument differ from table to table.
-    fn of_tables(&self, instrument: &Instrument) -> SensorModelTest {
+    fn of_tables(&self, instrument: &AuxiliarySensor) -> SensorModelTest {
         let axes = instrument.kind.axes().len();
         let bias =
             |set: usize, axis: usize| ParameterId::Further(instrument.bias_parameters().start + set * axes + axis);

@@ -19,7 +19,7 @@
 use gravcal_estimation::Termination;
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::session::{InstrumentKind, Pose, ReadingId, Session};
+use gravcal_robot_model::session::{AuxiliarySensorKind, Pose, ReadingId, Session};
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -87,7 +87,7 @@ pub(super) fn reversed_sensors(
 /// Looks for a force-torque sensor by which its tool would have a negative mass, gravity's sign being known.
 pub(super) fn reversed_wrist(session: &Session, solved: &Solved) -> Option<Mistake> {
     let values = solved.state(&State::nominal(session));
-    let wrists = session.instruments.iter().filter(|instrument| instrument.kind == InstrumentKind::ForceTorque);
+    let wrists = session.instruments.iter().filter(|instrument| instrument.kind == AuxiliarySensorKind::ForceTorque);
     let (wrist, mass, std) = wrists.filter(|wrist| solved.sign_known && !wrist.sign_declared).find_map(|wrist| {
         let mass = wrist.own_parameters().start;
         let (value, std) = (values.further[mass], solved.parameter_std(ParameterId::Further(mass)));

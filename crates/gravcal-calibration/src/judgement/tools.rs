@@ -2,7 +2,7 @@
 
 use gravcal_robot_model::number::{measured, shortest};
 use gravcal_robot_model::parameter::ParameterId;
-use gravcal_robot_model::session::{Instrument, InstrumentKind, Session};
+use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Session};
 
 use crate::joint::Solved;
 use crate::result::ParameterResult;
@@ -12,11 +12,16 @@ const BEYOND_ZERO: f64 = 3.0;
 
 /// One sentence for each sensor whose tool's mass and first moment both have values; `parameters` are those of the session, in its order.
 pub(crate) fn tool_notes(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
-    let wrists = session.instruments.iter().filter(|instrument| instrument.kind == InstrumentKind::ForceTorque);
+    let wrists = session.instruments.iter().filter(|instrument| instrument.kind == AuxiliarySensorKind::ForceTorque);
     wrists.filter_map(|wrist| tool_note(session, solved, parameters, wrist)).collect()
 }
 
-fn tool_note(session: &Session, solved: &Solved, parameters: &[ParameterResult], wrist: &Instrument) -> Option<String> {
+fn tool_note(
+    session: &Session,
+    solved: &Solved,
+    parameters: &[ParameterResult],
+    wrist: &AuxiliarySensor,
+) -> Option<String> {
     let ids: Vec<ParameterId> = wrist.own_parameters().map(ParameterId::Further).collect();
     let of = |id: &ParameterId| parameters.iter().zip(session.parameters()).find(|(_, other)| other == id)?.0.value;
     let values: Vec<f64> = ids.iter().filter_map(of).collect();

@@ -9,7 +9,7 @@
 
 use gravcal_recording::EarlierEstimate;
 use gravcal_robot_model::parameter::UNREAD;
-use gravcal_robot_model::session::InstrumentKind;
+use gravcal_robot_model::session::AuxiliarySensorKind;
 use nalgebra::DMatrix;
 
 use super::corrections::Taken;
@@ -66,15 +66,15 @@ pub(super) fn instruments(
 }
 
 /// What it is of which this quantity is told first: the gain of its first axis.
-fn kind(quantity: &str) -> Option<InstrumentKind> {
-    let first = |kind: &InstrumentKind| quantity == format!("gain_{}", kind.axes()[0]);
-    [InstrumentKind::ForceTorque, InstrumentKind::Accelerometer].into_iter().find(first)
+fn kind(quantity: &str) -> Option<AuxiliarySensorKind> {
+    let first = |kind: &AuxiliarySensorKind| quantity == format!("gain_{}", kind.axes()[0]);
+    [AuxiliarySensorKind::ForceTorque, AuxiliarySensorKind::Accelerometer].into_iter().find(first)
 }
 
 struct Named<'a> {
     estimate: &'a EarlierEstimate,
     owner: &'a str,
-    kind: InstrumentKind,
+    kind: AuxiliarySensorKind,
 }
 
 impl Named<'_> {

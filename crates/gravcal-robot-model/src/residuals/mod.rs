@@ -20,7 +20,8 @@ mod sweep_torque;
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
 pub use instrument::{
-    GainEntry, InstrumentModel, InstrumentReading, PositionTerms, Sensed, SensedQuantity, SpecificForce, Wrench,
+    AuxiliarySensorModel, AuxiliarySensorReading, GainEntry, PositionTerms, Sensed, SensedQuantity, SpecificForce,
+    Wrench,
 };
 pub use linear_prior::{KnownCombination, LinearPrior};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks, MeasuredDifference};

@@ -7,7 +7,7 @@ use gravcal_recording::PoseMapping;
 
 use super::choices::{Ask, Constraints, Deflection, UncertaintyChoice, UnexplainedError};
 use super::earlier::EarlierCalibration;
-use super::instrument::Instrument;
+use super::instrument::AuxiliarySensor;
 use super::known::{GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance};
 use super::pose::{Pose, PoseTable};
 use super::searched::Searched;
@@ -33,7 +33,7 @@ pub struct Session {
     /// One for each joint of the chain.
     pub joints: Vec<JointPriors>,
     /// What else reads gravity.
-    pub instruments: Vec<Instrument>,
+    pub instruments: Vec<AuxiliarySensor>,
     /// What sensors do beyond their affine models.
     pub terms: SensorTerms,
     /// What else was observed, by models of anyone's; only the joint estimator heeds it.

@@ -7,36 +7,36 @@ use gravcal_recording::Conditions;
 
 /// What an instrument is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum InstrumentKind {
+pub enum AuxiliarySensorKind {
     /// Six-axis sensor of the force and the moment that carry what hangs beyond it; on a last link.
     ForceTorque,
     /// Three-axis accelerometer.
     Accelerometer,
 }
 
-impl InstrumentKind {
+impl AuxiliarySensorKind {
     /// Names of its axes, in the order of its readings.
     pub fn axes(self) -> &'static [&'static str] {
         match self {
-            InstrumentKind::ForceTorque => &["fx", "fy", "fz", "nx", "ny", "nz"],
-            InstrumentKind::Accelerometer => &["x", "y", "z"],
+            AuxiliarySensorKind::ForceTorque => &["fx", "fy", "fz", "nx", "ny", "nz"],
+            AuxiliarySensorKind::Accelerometer => &["x", "y", "z"],
         }
     }
 
     /// Unit of what an axis senses.
     pub fn sensed_unit(self, axis: usize) -> &'static str {
         match self {
-            InstrumentKind::ForceTorque if axis < 3 => "N",
-            InstrumentKind::ForceTorque => "(N·m)",
-            InstrumentKind::Accelerometer => "(m/s²)",
+            AuxiliarySensorKind::ForceTorque if axis < 3 => "N",
+            AuxiliarySensorKind::ForceTorque => "(N·m)",
+            AuxiliarySensorKind::Accelerometer => "(m/s²)",
         }
     }
 
     /// How many parameters it has besides gains and biases: mass and first moment of the tool, or the mounting's rotation.
     fn own_parameters(self) -> usize {
         match self {
-            InstrumentKind::ForceTorque => 4,
-            InstrumentKind::Accelerometer => 3,
+            AuxiliarySensorKind::ForceTorque => 4,
+            AuxiliarySensorKind::Accelerometer => 3,
         }
     }
 }
@@ -80,11 +80,11 @@ impl Drift {
 /// Its parameters stand in [`Session::further`](crate::session::Session): gains, then one bias an axis (of each table), then one an
 /// axis of each drift, then its own.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Instrument {
+pub struct AuxiliarySensor {
     /// Name.
     pub name: String,
     /// What it is.
-    pub kind: InstrumentKind,
+    pub kind: AuxiliarySensorKind,
     /// Index of the link that carries it.
     pub link: usize,
     /// Its frame in the link's.
@@ -107,7 +107,7 @@ pub struct Instrument {
     pub first_reading: usize,
 }
 
-impl Instrument {
+impl AuxiliarySensor {
     /// Places of the gains among the further parameters.
     pub fn gain_parameters(&self) -> Range<usize> {
         self.first_parameter..self.first_parameter + self.gains.len()

@@ -29,7 +29,7 @@ pub use choices::{Ask, Constraints, Deflection, PoseBlocks, UncertaintyChoice, U
 pub use contents::Session;
 pub use doubts::{Joined, MistakenUnit};
 pub use earlier::{EarlierCalibration, KnownCombination};
-pub use instrument::{Drift, Instrument, InstrumentKind};
+pub use instrument::{AuxiliarySensor, AuxiliarySensorKind, Drift};
 pub use known::{GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance};
 pub use parameter_prior::{ParameterPrior, PriorKind};
 pub use parameters::{BASE_FRAME_CHOICE, LAST_FRAME_CHOICE, NO_TORQUE_SENSOR};

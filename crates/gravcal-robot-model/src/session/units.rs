@@ -13,7 +13,7 @@ use std::str::FromStr;
 use gravcal_dynamics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
-use crate::session::InstrumentKind;
+use crate::session::AuxiliarySensorKind;
 
 /// A unit that is missing, or does not fit its quantity.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -140,11 +140,11 @@ pub fn position_gain(written: Option<&str>, kind: JointKind) -> Result<PositionG
 }
 
 /// Unit of a reading of an instrument's axis: that of what it senses, or the sensor's own.
-pub fn sensed_reading(written: Option<&str>, kind: InstrumentKind, axis: usize) -> Result<String, UnitError> {
+pub fn sensed_reading(written: Option<&str>, kind: AuxiliarySensorKind, axis: usize) -> Result<String, UnitError> {
     let si = kind.sensed_unit(axis).trim_matches(['(', ')']);
     let known: &[&str] = match kind {
-        InstrumentKind::ForceTorque => &[si, "count", "V"],
-        InstrumentKind::Accelerometer => &[si, "g", "count", "V"],
+        AuxiliarySensorKind::ForceTorque => &[si, "count", "V"],
+        AuxiliarySensorKind::Accelerometer => &[si, "g", "count", "V"],
     };
     let found = known.iter().find(|unit| same(written, unit).is_ok());
     found.map(|unit| (*unit).to_owned()).ok_or_else(|| {
@@ -154,8 +154,8 @@ pub fn sensed_reading(written: Option<&str>, kind: InstrumentKind, axis: usize) 
 }
 
 /// The same where one unit is written for all axes: with forces in N go moments in N·m.
-pub fn sensed_by_all(written: Option<&str>, kind: InstrumentKind, axis: usize) -> Result<String, UnitError> {
-    if kind == InstrumentKind::Accelerometer {
+pub fn sensed_by_all(written: Option<&str>, kind: AuxiliarySensorKind, axis: usize) -> Result<String, UnitError> {
+    if kind == AuxiliarySensorKind::Accelerometer {
         return sensed_reading(written, kind, axis);
     }
     let newtons = same(written, "N").is_ok();
@@ -265,12 +265,12 @@ mod tests {
 
     #[test]
     fn axes_of_instruments_have_units_of_their_own() {
-        let force = |unit, axis| sensed_reading(unit, InstrumentKind::ForceTorque, axis);
+        let force = |unit, axis| sensed_reading(unit, AuxiliarySensorKind::ForceTorque, axis);
         assert_eq!(force(Some("N"), 0), Ok("N".to_owned()));
         assert_eq!(force(Some("Nm"), 3), Ok("N·m".to_owned()));
         let message = force(Some("N"), 3).unwrap_err().to_string();
         assert_eq!(message, "the unit `N` does not fit: expected a unit of readings of axis nx, one of N·m, count, V");
-        let acceleration = sensed_reading(Some("m/s^2"), InstrumentKind::Accelerometer, 1).unwrap();
+        let acceleration = sensed_reading(Some("m/s^2"), AuxiliarySensorKind::Accelerometer, 1).unwrap();
         assert_eq!(gain_of(&acceleration, "(m/s²)"), "(m/s²)/(m/s²)");
         assert!(same(Some("m/s2/(m/s2)"), "(m/s²)/(m/s²)").is_ok() && same(Some("count/N"), "count/(N·m)").is_err());
         assert_eq!(natural_gain("N·m", "(N·m)"), Some(1.0));
@@ -280,14 +280,14 @@ mod tests {
 
     #[test]
     fn one_unit_of_a_wrist_sensor_is_that_of_its_forces() {
-        let unit = |written, axis| sensed_by_all(written, InstrumentKind::ForceTorque, axis);
+        let unit = |written, axis| sensed_by_all(written, AuxiliarySensorKind::ForceTorque, axis);
         assert_eq!([0, 2, 3, 5].map(|axis| unit(Some("N"), axis).unwrap()), ["N", "N", "N·m", "N·m"]);
         assert_eq!(unit(Some("count"), 4), Ok("count".to_owned()));
         for written in [None, Some("Nm"), Some("kg")] {
             let message = unit(written, 0).unwrap_err().to_string();
             assert!(message.contains("such as [\"N\", \"N\", \"N\", \"N·m\", \"N·m\", \"N·m\"]"), "{message}");
         }
-        assert_eq!(sensed_by_all(Some("g"), InstrumentKind::Accelerometer, 2), Ok("g".to_owned()));
+        assert_eq!(sensed_by_all(Some("g"), AuxiliarySensorKind::Accelerometer, 2), Ok("g".to_owned()));
     }
 
     #[test]

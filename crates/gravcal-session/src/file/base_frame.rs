@@ -14,11 +14,11 @@
 use gravcal_recording::Reading;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{Instrument, JointPriors, Pose};
+use gravcal_robot_model::session::{AuxiliarySensor, JointPriors, Pose};
 use nalgebra::Matrix3;
 
 /// Turns the readings of a wrist sensor in all poses.
-pub(super) fn turn_back(robot: &Robot, joints: &[JointPriors], instrument: &Instrument, poses: &mut [Pose]) {
+pub(super) fn turn_back(robot: &Robot, joints: &[JointPriors], instrument: &AuxiliarySensor, poses: &mut [Pose]) {
     for pose in poses {
         let rotation = sensor_in_base(robot, joints, instrument, pose);
         let (triples, _) = pose.instruments[instrument.readings()].as_chunks_mut::<3>();
@@ -27,7 +27,7 @@ pub(super) fn turn_back(robot: &Robot, joints: &[JointPriors], instrument: &Inst
 }
 
 /// `R_s` in one pose.
-fn sensor_in_base(robot: &Robot, joints: &[JointPriors], instrument: &Instrument, pose: &Pose) -> Matrix3<f64> {
+fn sensor_in_base(robot: &Robot, joints: &[JointPriors], instrument: &AuxiliarySensor, pose: &Pose) -> Matrix3<f64> {
     let nominal = |joint: &JointPriors, quantity| joint.of(quantity).nominal;
     let coordinate = |(joint, reading): (&JointPriors, &f64)| {
         nominal(joint, SensorParameter::PositionGain) * reading + nominal(joint, SensorParameter::PositionOffset)
@@ -53,7 +53,7 @@ fn turned_back(rotation: &Matrix3<f64>, readings: &[Option<Reading>; 3]) -> [Opt
 
 #[cfg(test)]
 mod tests {
-    use gravcal_robot_model::session::InstrumentKind;
+    use gravcal_robot_model::session::AuxiliarySensorKind;
 
     use super::*;
     use crate::testing::sarcos_with_instruments;
@@ -62,7 +62,7 @@ mod tests {
     fn what_a_driver_turned_by_nominal_angles_comes_back() {
         let session = sarcos_with_instruments().session(0);
         let wrist = &session.instruments[0];
-        assert_eq!((wrist.kind, wrist.first_reading), (InstrumentKind::ForceTorque, 0));
+        assert_eq!((wrist.kind, wrist.first_reading), (AuxiliarySensorKind::ForceTorque, 0));
         let mut poses = session.poses.clone();
         for pose in &mut poses {
             let coordinate = |(joint, reading): (&JointPriors, &f64)| {

@@ -1,6 +1,6 @@
 //! `[inertia]`: what is known of the links' masses and moments.
 
-use gravcal_robot_model::session::{InertiaPrior, InstrumentKind, Session};
+use gravcal_robot_model::session::{AuxiliarySensorKind, InertiaPrior, Session};
 use gravcal_robot_model::sweeps::find_sweeps;
 use serde::Deserialize;
 
@@ -112,7 +112,7 @@ pub(super) fn check_sweeps(document: &Document, session: &Session) -> Result<(),
             "[constraints] on masses, centres of mass and inertias are on links: write \"link\", or drop them";
         return Err(document.error(&description, message));
     }
-    if session.instruments.iter().any(|instrument| instrument.kind == InstrumentKind::ForceTorque) {
+    if session.instruments.iter().any(|instrument| instrument.kind == AuxiliarySensorKind::ForceTorque) {
         let message = "a wrist sensor feels where on its link a load is, and sweeps know only how two placements differ: write \
                        \"link\"";
         return Err(document.error(&description, message));

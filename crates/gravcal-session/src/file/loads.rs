@@ -4,7 +4,7 @@ use std::fmt;
 
 use gravcal_robot_model::parameter::Parameter;
 use gravcal_robot_model::session::load_masses::add_load_masses;
-use gravcal_robot_model::session::{InertiaPrior, Instrument, InstrumentKind, Load, LoadDistance, Session};
+use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, InertiaPrior, Load, LoadDistance, Session};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -244,7 +244,7 @@ pub(super) fn check_unknown(document: &Document, session: &Session) -> Result<()
                        [inertia] description = \"link\"";
         return Err(document.error(&field, message));
     }
-    let feels = |instrument: &Instrument| instrument.kind == InstrumentKind::ForceTorque;
+    let feels = |instrument: &AuxiliarySensor| instrument.kind == AuxiliarySensorKind::ForceTorque;
     if let Some(wrist) = session.instruments.iter().find(|instrument| feels(instrument)) {
         let message = format!(
             "joint torques find a load of unknown mass, and the force-torque sensor `{}` feels it, too, which this version cannot put \

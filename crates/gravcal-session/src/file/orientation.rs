@@ -7,7 +7,7 @@
 //! ```
 //!
 //! with the rotation `R` of the body (`v_base = R v_body`) in the columns, and `R_m` that of the instrument's mounting on it,
-//! which is none unless `mounting` says so: see [`gravcal_robot_model::residuals::InstrumentReading`].
+//! which is none unless `mounting` says so: see [`gravcal_robot_model::residuals::AuxiliarySensorReading`].
 
 use gravcal_dynamics::Chain;
 use gravcal_recording::{OrientationColumns, OrientationForm};

@@ -6,7 +6,7 @@ use gravcal_recording::{FurtherColumn, PoseMapping};
 use gravcal_robot_model::parameter::{Parameter, SensorParameter};
 use gravcal_robot_model::residual_models::{ResidualInUse, ResidualModel, Scene, Setting, Tie, declare_residual};
 use gravcal_robot_model::sensors::{Options, RefusedOption};
-use gravcal_robot_model::session::{Instrument, Session};
+use gravcal_robot_model::session::{AuxiliarySensor, Session};
 use gravcal_robot_model::{Registry, State};
 use serde::Deserialize;
 use toml::Table;
@@ -62,7 +62,7 @@ pub(super) fn resolve(
     context: &Context<'_>,
     registry: &Registry,
     tables: &[ResidualTable],
-    instruments: &[Instrument],
+    instruments: &[AuxiliarySensor],
     (mapping, further): (&mut PoseMapping, &mut Vec<Parameter>),
 ) -> Result<Vec<ResidualInUse>, FileError> {
     if context.robot.chain.joint_count() == 0 && !tables.is_empty() {
@@ -85,7 +85,7 @@ pub(super) fn resolve(
 fn check_names(
     context: &Context<'_>,
     tables: &[ResidualTable],
-    instruments: &[Instrument],
+    instruments: &[AuxiliarySensor],
     further: &[Parameter],
 ) -> Result<(), FileError> {
     let field = |index: usize| section(index).key(if tables[index].name.is_some() { "name" } else { "kind" });

@@ -2,7 +2,7 @@
 
 use gravcal_dynamics::Transform;
 use gravcal_recording::Reading;
-use gravcal_robot_model::session::{Instrument, InstrumentKind};
+use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind};
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg64;
 
@@ -39,16 +39,16 @@ pub(super) fn read(
 }
 
 /// Force and moment, or specific force, in the instrument's frame.
-fn sensed(simulation: &Simulation, instrument: &Instrument, link: &Transform, load: Option<usize>) -> Vec<f64> {
+fn sensed(simulation: &Simulation, instrument: &AuxiliarySensor, link: &Transform, load: Option<usize>) -> Vec<f64> {
     let frame = link.compose(&instrument.mounting);
     let own = &simulation.truth.further[instrument.own_parameters()];
     let gravity = Vector3::from(frame.inverse().rotate_vector(simulation.truth.gravity));
     match instrument.kind {
-        InstrumentKind::Accelerometer => {
+        AuxiliarySensorKind::Accelerometer => {
             let turned = Rotation3::new(Vector3::from_column_slice(own)).inverse() * gravity;
             (-turned).as_slice().to_vec()
         }
-        InstrumentKind::ForceTorque => {
+        AuxiliarySensorKind::ForceTorque => {
             let mut body = (own[0], Vector3::from_column_slice(&own[1..]));
             if let Some(load) = load.filter(|load| simulation.template.loads[*load].link == instrument.link) {
                 let mass = simulation.template.loads[load].mass;

@@ -44,7 +44,7 @@ pub struct GainEntry {
 
 /// What all poses share: where the instrument sits, and its unknowns.
 #[derive(Debug)]
-pub struct InstrumentModel {
+pub struct AuxiliarySensorModel {
     chain: Arc<Chain>,
     link: usize,
     /// `R_m`: axes of the instrument in the link's frame.
@@ -56,7 +56,7 @@ pub struct InstrumentModel {
     columns: [usize; 3],
 }
 
-impl InstrumentModel {
+impl AuxiliarySensorModel {
     /// An instrument on link number `link`, `mounting` (row-major) the rotation of its frame in the link's.
     ///
     /// `coordinates`: blocks of one number each on which the coordinates of the joints that move the link depend; `biases`:
@@ -76,14 +76,14 @@ impl InstrumentModel {
         blocks.extend(sensed.blocks());
         let first = GRAVITY + coordinates.len();
         let columns = [first, first + gains.len(), first + gains.len() + biases.len()];
-        InstrumentModel { chain, link, mounting, sensed, gains, blocks, columns }
+        AuxiliarySensorModel { chain, link, mounting, sensed, gains, blocks, columns }
     }
 }
 
 /// The readings of an instrument in one pose.
 #[derive(Clone, Debug)]
-pub struct InstrumentReading {
-    model: Arc<InstrumentModel>,
+pub struct AuxiliarySensorReading {
+    model: Arc<AuxiliarySensorModel>,
     /// `θ_j = Σ coefficient · block`: joint, place among the coordinates' blocks, coefficient.
     coordinates: Vec<(usize, usize, f64)>,
     /// `R`.
@@ -96,18 +96,18 @@ pub struct InstrumentReading {
     readings: Vec<(usize, f64)>,
 }
 
-impl InstrumentReading {
+impl AuxiliarySensorReading {
     /// `coordinates`: joint, place among the model's coordinate blocks and coefficient of each term of
     /// `θ_j = Σ coefficient · block`; `orientation`: of what carries the chain, row-major, where it is turned; `readings`:
     /// axis and reading, one a row. Biases do not drift: see [`drifting`](Self::drifting).
     pub fn new(
-        model: Arc<InstrumentModel>,
+        model: Arc<AuxiliarySensorModel>,
         coordinates: Vec<(usize, usize, f64)>,
         orientation: Option<[[f64; 3]; 3]>,
         readings: Vec<(usize, f64)>,
     ) -> Self {
         let orientation = orientation.map_or_else(Matrix3::identity, |rows| Matrix3::from_fn(|i, j| rows[i][j]));
-        InstrumentReading {
+        AuxiliarySensorReading {
             model,
             coordinates,
             terms: PositionTerms::default(),
@@ -120,13 +120,13 @@ impl InstrumentReading {
     /// The same with what position sensors do beyond gain and offset.
     #[must_use]
     pub fn with_terms(self, terms: PositionTerms) -> Self {
-        InstrumentReading { terms, ..self }
+        AuxiliarySensorReading { terms, ..self }
     }
 
     /// The same with `φ` of each drift of the model, in its order.
     #[must_use]
     pub fn drifting(self, drifts: Vec<f64>) -> Self {
-        InstrumentReading { drifts, ..self }
+        AuxiliarySensorReading { drifts, ..self }
     }
 
     /// Column and factor of everything that adds to an axis' reading by itself: its bias, its drifts.
@@ -188,7 +188,7 @@ struct Linearized {
     further: Vec<Further>,
 }
 
-impl Residual for InstrumentReading {
+impl Residual for AuxiliarySensorReading {
     fn blocks(&self) -> &[BlockId] {
         &self.model.blocks
     }
@@ -262,7 +262,7 @@ pub(super) mod tests {
         let gains = entries.iter().zip(gains);
         let gains =
             gains.map(|((reading, sensed), block)| GainEntry { reading: *reading, sensed: *sensed, block: *block });
-        let model = InstrumentModel::new(
+        let model = AuxiliarySensorModel::new(
             (chain(), 2),
             HALF_TURN_ABOUT_X,
             make(own),
@@ -273,7 +273,8 @@ pub(super) mod tests {
         let readings = vec![(0, 2.0), (axes - 1, 1.0)];
         let model = Arc::new(model);
         for orientation in [None, Some(QUARTER_ABOUT_Y)] {
-            let residual = InstrumentReading::new(Arc::clone(&model), terms.to_vec(), orientation, readings.clone());
+            let residual =
+                AuxiliarySensorReading::new(Arc::clone(&model), terms.to_vec(), orientation, readings.clone());
             let residual = residual.drifting(vec![0.7, -2.0]);
             check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
         }

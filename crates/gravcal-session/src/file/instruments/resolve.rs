@@ -1,7 +1,7 @@
 //! From the sections of instruments to instruments.
 
 use gravcal_recording::PoseMapping;
-use gravcal_robot_model::session::{Drift, Instrument, InstrumentKind};
+use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Drift};
 
 use super::found::Instruments;
 use super::section::Section;
@@ -23,7 +23,7 @@ pub fn resolve(
         let link = wrist_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.force_gain, &table.force_bias), (&table.moment_gain, &table.moment_bias)];
         let section =
-            Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name, sign: table.sign };
+            Section { context, field, kind: AuxiliarySensorKind::ForceTorque, name: &table.name, sign: table.sign };
         let biases = table.biases.sets(tables);
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
         section.add_drifts(&mut all, &table.sensor_models)?;
@@ -38,7 +38,7 @@ pub fn resolve(
         let link = accelerometer_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.gain, &table.bias)];
         let section =
-            Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name, sign: table.sign };
+            Section { context, field, kind: AuxiliarySensorKind::Accelerometer, name: &table.name, sign: table.sign };
         let biases = table.biases.sets(tables);
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
         section.add_drifts(&mut all, &table.sensor_models)?;
@@ -51,7 +51,7 @@ pub fn resolve(
 /// time by themselves.
 pub fn check_conditions(
     document: &Document,
-    instruments: &[Instrument],
+    instruments: &[AuxiliarySensor],
     mapping: &PoseMapping,
     recorded: bool,
 ) -> Result<(), FileError> {

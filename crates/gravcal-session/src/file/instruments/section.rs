@@ -2,7 +2,7 @@
 
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::session::parameters::GIVEN;
-use gravcal_robot_model::session::{Drift, Instrument, InstrumentKind, ParameterPrior, PriorKind, units};
+use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Drift, ParameterPrior, PriorKind, units};
 
 use super::found::Instruments;
 use super::tables::{DriftKind, DriftTable, Gains};
@@ -57,11 +57,11 @@ const STATE_MOUNTING: &str = "state how the instrument is mounted (mounting, wit
 pub type Group<'a> = (&'a Option<ParameterPriorTable>, &'a Option<ParameterPriorTable>);
 
 /// Keys of the groups of axes.
-fn keys(kind: InstrumentKind, group: usize) -> [&'static str; 2] {
+fn keys(kind: AuxiliarySensorKind, group: usize) -> [&'static str; 2] {
     match (kind, group) {
-        (InstrumentKind::ForceTorque, 0) => ["force_gain", "force_bias"],
-        (InstrumentKind::ForceTorque, _) => ["moment_gain", "moment_bias"],
-        (InstrumentKind::Accelerometer, _) => ["gain", "bias"],
+        (AuxiliarySensorKind::ForceTorque, 0) => ["force_gain", "force_bias"],
+        (AuxiliarySensorKind::ForceTorque, _) => ["moment_gain", "moment_bias"],
+        (AuxiliarySensorKind::Accelerometer, _) => ["gain", "bias"],
     }
 }
 
@@ -69,7 +69,7 @@ fn keys(kind: InstrumentKind, group: usize) -> [&'static str; 2] {
 pub struct Section<'a> {
     pub context: &'a Context<'a>,
     pub field: Field,
-    pub kind: InstrumentKind,
+    pub kind: AuxiliarySensorKind,
     pub name: &'a str,
     pub sign: Option<Sign>,
 }
@@ -111,7 +111,7 @@ impl Section<'_> {
                 all.parameters.push(self.bias((axis, set), &units, groups[axis / 3].1, channel)?);
             }
         }
-        all.instruments.push(Instrument {
+        all.instruments.push(AuxiliarySensor {
             name: self.name.to_owned(),
             kind: self.kind,
             link,
@@ -187,9 +187,9 @@ impl Section<'_> {
             (format!("gain_{}_{}", axes[reading], axes[sensed]), start(0.0), limit)
         };
         let cure = match self.kind {
-            InstrumentKind::ForceTorque if sensed < 3 => FORCE_SCALE,
-            InstrumentKind::ForceTorque => MOMENT_SCALE,
-            InstrumentKind::Accelerometer => TURN_MORE,
+            AuxiliarySensorKind::ForceTorque if sensed < 3 => FORCE_SCALE,
+            AuxiliarySensorKind::ForceTorque => MOMENT_SCALE,
+            AuxiliarySensorKind::Accelerometer => TURN_MORE,
         };
         Parameter {
             limit,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::Instrument;
+use gravcal_robot_model::session::AuxiliarySensor;
 use serde::Deserialize;
 
 use crate::document::{Document, Field, FileError};
@@ -125,7 +125,7 @@ impl TruthTable {
         &self,
         document: &Document,
         field: &Field,
-        instrument: &Instrument,
+        instrument: &AuxiliarySensor,
         truth: &mut [f64],
     ) -> Result<(), FileError> {
         let own = instrument.own_parameters();
