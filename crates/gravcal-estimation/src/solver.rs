@@ -54,7 +54,7 @@ pub enum SolveError {
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
     /// Every block is fixed.
-    #[error("no unknowns: every block is held, there is nothing to solve for")]
+    #[error("no unknowns: every block is fixed, there is nothing to solve for")]
     NoUnknowns,
     /// The start has other numbers than the problem.
     #[error("the start is of another problem: its blocks are not as long as this one's")]
@@ -83,7 +83,7 @@ pub enum SolveError {
         nearest: Vec<String>,
     },
     /// A constraint over blocks that are all held, and that they break.
-    #[error("held values break {0}: hold them elsewhere, or drop the constraint")]
+    #[error("fixed values break {0}: fix them elsewhere, or drop the constraint")]
     HeldOutside(String),
     /// No values obey all constraints: the names of those that contradict each other.
     #[error("no values obey all constraints; these contradict each other: {}", .0.join(", "))]

@@ -14,7 +14,7 @@ pub enum ProblemError {
     #[error("no factors: the problem has no measurement")]
     NoFactors,
     /// Nothing is unknown.
-    #[error("no unknowns: every block is held")]
+    #[error("no unknowns: every block is fixed")]
     NoUnknowns,
     /// A free block that no factor reads.
     #[error("nothing reads the unknown `{0}`: hold it, or add a measurement of it")]

@@ -31,7 +31,7 @@ pub(super) fn report(report: &CheckReport) -> String {
 
 fn known(parameter: &CheckedParameter, factor: f64, footnotes: &mut Footnotes) -> String {
     match (&parameter.held, parameter.predicted_std) {
-        (Some(reason), _) => format!("held {}", footnotes.mark(&format!("held: {reason}"))),
+        (Some(reason), _) => format!("fixed {}", footnotes.mark(&format!("fixed: {reason}"))),
         (None, _) if !parameter.determined && parameter.asked => "undetermined".to_owned(),
         (None, _) if !parameter.determined => format!("undetermined {}", footnotes.mark("not asked for")),
         (None, Some(std)) => significant(std * factor, 2),

@@ -96,11 +96,11 @@ Predicted standard deviations, joint estimator
   joint1
     torque_gain      count/(N·m)    undetermined
     torque_bias      count                  0.12
-    position_offset  deg                held [1]
+    position_offset  deg               fixed [1]
   joint2
     torque_bias      count        determined [2]
     position_offset  deg                   0.057
-  [1] held: zero by definition of the base frame
+  [1] fixed: zero by definition of the base frame
   [2] can be determined; how well depends on noise that no reading states
 
 Undetermined by the joint estimator, cures in the order of effort

@@ -67,9 +67,9 @@ joint1
   torque_gain      count/(N·m)     6.69          undetermined    7.118 ± 0.020
   torque_bias      count           2048      2075.02 ± 0.28    2075.12 ± 0.12
   position_gain    rad/rad            1       0.9912 ± 0.0034  0.98812 ± 0.00045
-  position_offset  deg                0              held [1]           held [1]
+  position_offset  deg                0             fixed [1]          fixed [1]
 
-[1] held: zero by definition of the base frame
+[1] fixed: zero by definition of the base frame
 Standard deviations: from the stated noise
 reading = torque_gain * torque + torque_bias
 coordinate = position_gain * reading + position_offset

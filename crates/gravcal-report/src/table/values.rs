@@ -158,7 +158,7 @@ fn find<'a>(result: &'a EstimatorResult, name: &str) -> Option<&'a ParameterResu
 
 fn parameter_cell(parameter: &ParameterResult, factor: f64, footnotes: &mut Footnotes) -> Cell {
     match (&parameter.held, parameter.value) {
-        (Some(reason), _) => Cell::text(format!("held {}", footnotes.mark(&format!("held: {reason}")))),
+        (Some(reason), _) => Cell::text(format!("fixed {}", footnotes.mark(&format!("fixed: {reason}")))),
         (None, Some(value)) => measured_cell(value * factor, parameter.std.unwrap_or(f64::NAN) * factor),
         (None, None) if parameter.asked => Cell::text("undetermined"),
         (None, None) => Cell::text(format!("undetermined {}", footnotes.mark("not asked for"))),
@@ -247,8 +247,8 @@ mod tests {
             free,
         ];
         let text = report(&[joint]);
-        assert!(text.contains("undetermined\n") && text.contains("held [1]\n") && text.contains("undetermined [2]\n"));
-        assert!(text.contains("[1] held: zero by definition of the base frame\n[2] not asked for\n"));
+        assert!(text.contains("undetermined\n") && text.contains("fixed [1]\n") && text.contains("undetermined [2]\n"));
+        assert!(text.contains("[1] fixed: zero by definition of the base frame\n[2] not asked for\n"));
     }
 
     #[test]

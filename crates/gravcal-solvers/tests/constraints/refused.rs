@@ -110,7 +110,7 @@ fn held_values_that_break_a_constraint_are_reported() {
     let (problem, initial) = builder.build().unwrap();
     assert_eq!(
         solve(&problem, &initial).unwrap_err().to_string(),
-        "held values break `gain is positive` (is 0, must be at least 0.5): hold them elsewhere, or drop the constraint"
+        "fixed values break `gain is positive` (is 0, must be at least 0.5): fix them elsewhere, or drop the constraint"
     );
 }
 
