@@ -54,10 +54,7 @@ impl AnyDirection {
     /// The least cost under a direction; nothing where that takes more digits than the normal equations have.
     pub fn least_cost(&self, direction: [f64; 3]) -> Option<f64> {
         let functions = harmonics(direction);
-        let value = |[a, b, c, d, e, f, g, h, i]: &[f64; FUNCTIONS]| {
-            let [fa, fb, fc, fd, fe, ff, fg, fh, fi] = functions;
-            a * fa + b * fb + c * fc + d * fd + e * fe + f * ff + g * fg + h * fh + i * fi
-        };
+        let value = |of: &[f64; FUNCTIONS]| of.iter().zip(&functions).map(|(c, f)| c * f).sum::<f64>();
         let entries: Vec<f64> = self.coefficients.iter().map(value).collect();
         let (gradient, hessian) = entries[1..].split_at(self.columns);
         Some(entries[0] - reduction(gradient, hessian)?)
