@@ -73,7 +73,8 @@ fn prediction(
         built.variables.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
     let given: Vec<BlockId> = zeros.chain(scales).collect();
     built.problem = built.problem.with_fixed(&given, "as the whole model has it");
-    let (built, estimate) = fit(&built, &readings, environment)?;
+    // What a smaller model cannot do takes nothing from the answer.
+    let Ok((built, estimate)) = fit(&built, &readings, environment) else { return Ok(None) };
     if !estimate.termination.converged() {
         return Ok(None);
     }

@@ -200,7 +200,7 @@ fn torques_that_a_recorder_filtered_meet_a_model_that_is_filtered_alike() {
     };
     let rows = || times(4000).map(|t| [t, motion(t)[0], filtered(t)]);
     let of = |cut_off: Option<f64>| windows_by(&WindowRule { recorded_filter: cut_off, ..rule() }, rows()).unwrap();
-    let (without, with) = (difference(&of(None)), difference(&of(Some(0.720_291 / 0.8))));
+    let (without, with) = (difference(&of(None)), difference(&of(Some(FILTER_LENGTH / 0.8))));
     assert!(without > 0.5 && with < 1e-3, "{without} {with}");
     let weights: f64 = of(Some(0.9)).found[3].course.samples.iter().map(|sample| sample.weight).sum();
     assert!((weights - 1.0).abs() < 1e-12);
