@@ -6,6 +6,7 @@
 //!
 //! `motion` is a rotation by q about the axis, or a translation by q along it.
 
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::transform::Transform;
@@ -35,4 +36,44 @@ pub struct Joint {
     pub after: Transform,
     /// Lower and upper bound of the true coordinate, rad or m; `None` where there is none.
     pub limits: Option<[f64; 2]>,
+}
+
+impl Joint {
+    /// The first moment nearest to one, both kg·m in the child link's frame, with which the centre of a mass (kg) lies on the joint's axis.
+    pub fn moment_on_axis(&self, mass: f64, moment: Vector3<f64>) -> Vector3<f64> {
+        let Transform { rotation, translation } = &self.after;
+        let axis = Vector3::from(self.axis);
+        let about_axis = rotation * moment + translation * mass;
+        let off = about_axis - axis * axis.dot(&about_axis);
+        moment - rotation.transpose() * off
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Rotation3, Vector3};
+
+    use super::{Joint, JointKind};
+    use crate::transform::Transform;
+
+    #[test]
+    fn a_moment_on_the_axis_leaves_the_mass_where_the_axis_is() {
+        let rotation = *Rotation3::from_euler_angles(0.3, -0.7, 1.1).matrix();
+        let after = Transform { rotation, translation: Vector3::new(0.2, -0.1, 0.05) };
+        let joint = Joint {
+            name: "wrist".into(),
+            kind: JointKind::Revolute,
+            before: Transform::identity(),
+            axis: [0.0, 0.6, 0.8],
+            after,
+            limits: None,
+        };
+        let (mass, moment) = (2.0, Vector3::new(0.1, 0.3, -0.2));
+        let balanced = joint.moment_on_axis(mass, moment);
+        // The centre of mass in the joint frame, whose origin lies on the axis.
+        let centre = rotation * balanced / mass + joint.after.translation;
+        assert!(centre.cross(&Vector3::from(joint.axis)).norm() < 1e-15);
+        // Nothing moves along the axis.
+        assert!((rotation * (balanced - moment)).dot(&Vector3::from(joint.axis)).abs() < 1e-15);
+    }
 }

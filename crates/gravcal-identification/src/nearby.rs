@@ -26,11 +26,21 @@
 
 use gravcal_estimation::{EvaluateError, Manifold, Problem, Reference, Values};
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 /// Standard deviations from the estimate to which the truth is looked for, one a piece of the way.
 const PLAUSIBLE: usize = 4;
 /// Growth of ½ χ² beyond which values are not plausible: five standard deviations.
 pub const IMPLAUSIBLE: f64 = 12.5;
+/// What ½ χ² grows by in one direction that is as improbable as a growth in several: a place where so many directions lose their effect cannot
+/// explain noise by them, and its ½ χ² is larger by half their number on average.
+pub fn as_of_one_direction(growth: f64, directions: usize) -> f64 {
+    let Ok(distribution) = ChiSquared::new(directions as f64) else { return growth };
+    let improbable = distribution.sf(2.0 * growth);
+    // Beyond what the distribution resolves, no number of directions makes it plausible.
+    if improbable < f64::MIN_POSITIVE { growth } else { 0.5 * Normal::standard().inverse_cdf(0.5 * improbable).powi(2) }
+}
+
 /// Share of the standard deviation at plausible values that is told at least.
 pub const AT_LEAST: f64 = 2.0 / 3.0;
 /// An effect that varies by less than this share of itself by a standard deviation is at the farthest still as much as is told.
@@ -269,6 +279,15 @@ mod tests {
         let plausible = Reference::new(values.clone()).with(blocks[1], &[0.1]);
         let found = least_informed_nearby((&problem, &values), &[(1, 0.1)], &[1], &plausible).unwrap();
         found.iter().map(|(values, _)| values.scalar(blocks[0])).collect()
+    }
+
+    #[test]
+    fn growth_in_several_directions_counts_as_in_one() {
+        // 0.05 of χ²: 3.841 of one degree of freedom, 18.307 of ten (Abramowitz and Stegun, table 26.8).
+        assert!((as_of_one_direction(0.5 * 3.841_459, 1) - 0.5 * 3.841_459).abs() < 1e-6);
+        assert!((as_of_one_direction(0.5 * 18.307_038, 10) - 0.5 * 3.841_459).abs() < 1e-6);
+        assert!(as_of_one_direction(2.0, 0) == 2.0 && as_of_one_direction(1e4, 10) > IMPLAUSIBLE);
+        assert!(as_of_one_direction(0.0, 3) == 0.0);
     }
 
     #[test]

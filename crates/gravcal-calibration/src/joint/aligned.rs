@@ -1,14 +1,15 @@
-//! Arms that may stand exactly aligned: gravity along the axis of the first joint, or joints that stand at a multiple of a quarter turn.
+//! Arms that may be exactly aligned: gravity along the axis of the first joint, joints that stand at a multiple of a quarter turn, centres of
+//! mass on the axis of a joint at the end of the arm.
 //!
-//! There axes are exactly parallel, or at right angles, and what a reading says of some unknowns vanishes with the sine of the angle between
-//! them. An estimate is off by its errors, and these then pass for what the readings say. So where the truth may be aligned, the readings
+//! There axes are exactly parallel, or at right angles, or carry nothing, and what a reading says of some unknowns vanishes with the sine of
+//! the angle between them, or with the lever. An estimate is off by its errors, and these then pass for what the readings say. So where the truth may be aligned, the readings
 //! are judged there, too.
 
 use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::{BlockId, Reference, Values};
-use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment};
+use gravcal_estimation::{BlockId, RankAnalysis, Reference, Values};
+use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
@@ -31,8 +32,8 @@ const ITERATIONS: usize = 100;
 type Alignment = Vec<(BlockId, Vec<f64>)>;
 
 impl Solved {
-    /// Where gravity, one of the standing joints, all of them, or everything is exactly aligned, and what ½ χ² is larger by there. None
-    /// where the readings contradict it.
+    /// Where gravity, a standing joint, the end of the arm, all of a kind, or several kinds are exactly aligned, and what ½ χ² is larger by
+    /// there. None where the readings contradict it.
     pub(super) fn aligned(
         &self,
         session: &Session,
@@ -40,24 +41,24 @@ impl Solved {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Vec<(Values, f64)>, EstimateError> {
         let upright = self.gravity_along_first_axis(session);
-        let standing = self.standing_joints_at_quarter_turns(session);
-        let (mut possible, mut found): (Vec<Alignment>, _) = (Vec::new(), Vec::new());
-        for alignment in &standing {
-            let there = self.fixed_at(alignment, plausible, environment)?;
-            possible.extend(there.is_some().then(|| alignment.clone()));
-            found.extend(there);
-        }
-        let standing = possible.concat();
-        let all = (possible.len() > 1).then(|| standing.clone());
-        let everything =
-            upright.iter().filter(|_| !possible.is_empty()).map(|upright| [&upright[..], &standing].concat());
-        for alignment in upright.iter().cloned().chain(all).chain(everything) {
-            found.extend(self.fixed_at(&alignment, plausible, environment)?);
-        }
+        let (balanced, standing) = (self.balanced_ends(session), self.standing_joints_at_quarter_turns(session));
+        let mut found = Vec::new();
+        let mut possible = |alignments: Vec<Alignment>| -> Result<Vec<Alignment>, EstimateError> {
+            let mut possible = Vec::new();
+            for alignment in alignments {
+                let there = self.fixed_at(&alignment, plausible, environment)?;
+                possible.extend(there.is_some().then_some(alignment));
+                found.extend(there);
+            }
+            Ok(possible)
+        };
+        let alone = [possible(upright.into_iter().collect())?, possible(balanced)?, possible(standing)?];
+        possible(together(&alone))?;
         Ok(found)
     }
 
-    /// Where the rest of the unknowns is best with some held, and what ½ χ² is larger by there.
+    /// Where the rest of the unknowns is best with some held, and what ½ χ² is larger by there, as if in one direction. None where the
+    /// readings contradict it.
     fn fixed_at(
         &self,
         alignment: &Alignment,
@@ -73,6 +74,9 @@ impl Solved {
         let Ok(there) = environment.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
         let alone = problem.without_reference();
         let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
+        // What has no effect there explains no noise there.
+        let lost = self.analysis.rank().saturating_sub(RankAnalysis::new(problem, &there.values)?.rank());
+        let growth = as_of_one_direction(growth, lost.max(1));
         Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
     }
 
@@ -89,6 +93,26 @@ impl Solved {
         let is_near =
             off.norm() < NEAR * g.norm() || off.norm_squared().powi(2) < WITHIN_FIVE * off.dot(&(covariance * off));
         is_near.then(|| vec![(block, (along.normalize() * g.norm()).as_slice().to_vec())])
+    }
+
+    /// By joint at the end of the arm that turns, masses and moments of its links with which their centres of mass lie on its axis: such a
+    /// joint carries nothing, and how it turns does not show in the joints before it.
+    fn balanced_ends(&self, session: &Session) -> Vec<Alignment> {
+        let (chain, bodies) = (&session.robot.chain, &self.built.variables.inertia);
+        let is_free =
+            |link: &usize| bodies.get(*link).is_some_and(|block| !self.judged_problem().columns_of(*block).is_empty());
+        let balanced = |link: usize| {
+            let mut body = self.estimate.values.get(bodies[link]).to_vec();
+            let moment = chain.movers()[link].moment_on_axis(body[0], Vector3::new(body[1], body[2], body[3]));
+            body[1..].copy_from_slice(moment.as_slice());
+            (bodies[link], body)
+        };
+        let ends = (0..chain.joint_count()).filter(|joint| {
+            chain.joints()[*joint].kind == JointKind::Revolute
+                && chain.is_last(*joint)
+                && chain.links_of(*joint).all(|link| is_free(&link))
+        });
+        ends.map(|joint| chain.links_of(joint).map(balanced).collect()).collect()
     }
 
     /// By joint that stands in all poses, gain and offset of its position sensor with which it stands at a multiple of a quarter turn; of no
@@ -130,11 +154,22 @@ impl Solved {
     }
 }
 
+/// What is aligned alone, of several kinds: all of a kind, and all of several kinds, where that is more than one.
+fn together(alone: &[Vec<Alignment>; 3]) -> Vec<Alignment> {
+    let kinds = (1_usize..1 << alone.len()).map(|chosen| {
+        let taken = alone.iter().enumerate().filter(|(kind, of)| chosen >> kind & 1 == 1 && !of.is_empty());
+        (chosen.count_ones() as usize, taken.map(|(_, of)| of).collect::<Vec<_>>())
+    });
+    let all =
+        kinds.filter(|(chosen, kinds)| kinds.len() == *chosen && kinds.iter().map(|of| of.len()).sum::<usize>() > 1);
+    all.map(|(_, kinds)| kinds.into_iter().flatten().flatten().cloned().collect()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use gravcal_session::simulation::Run;
 
-    use super::Alignment;
+    use super::{Alignment, together};
     use crate::joint::{Signals, select};
     use crate::testing::{sarcos_shoulder, with_environment};
 
@@ -183,5 +218,22 @@ mod tests {
             assert!(found.len() == 1 && (found[0] - exact).abs() < 1e-12, "{found:?}");
         }
         assert!(aligned_angles(0.5).is_empty());
+    }
+
+    #[test]
+    fn kinds_are_aligned_alone_before_they_are_so_together() {
+        let block = |session: &gravcal_robot_model::session::Session| {
+            let readings = select(session, Signals::All);
+            with_environment(|w| solve(session, &readings, None, w)).unwrap().built.variables.gravity
+        };
+        let id = block(&sarcos_shoulder().session(0));
+        let named = |value: f64| -> Alignment { vec![(id, vec![value])] };
+        let values = |alone: [Vec<Alignment>; 3]| -> Vec<Vec<f64>> {
+            together(&alone).iter().map(|parts| parts.iter().map(|(_, value)| value[0]).collect()).collect()
+        };
+        assert!(values([vec![named(1.0)], vec![], vec![]]).is_empty());
+        assert_eq!(values([vec![], vec![], vec![named(1.0), named(2.0)]]), [[1.0, 2.0]]);
+        let all = [vec![named(1.0)], vec![named(2.0)], vec![named(3.0)]];
+        assert_eq!(values(all), [vec![1.0, 2.0], vec![1.0, 3.0], vec![2.0, 3.0], vec![1.0, 2.0, 3.0]]);
     }
 }
