@@ -71,6 +71,8 @@ pub struct Judged {
     /// Of every value told of which exact rank leaves a value: its error in standard deviations, and whether its 95 % interval holds
     /// the truth.
     pub errors: Vec<(f64, bool)>,
+    /// Names of what has less than half the bound, but not of that within reach.
+    pub narrow_without_end: Vec<String>,
     /// Names of all that is told.
     pub reported: Vec<String>,
     /// How many values are determined well enough to be of use, by their bounds; and how many of these are told.
@@ -141,9 +143,11 @@ impl Judged {
             return;
         }
         self.error(name, estimated, truth);
-        if estimated.std < NARROW * known.bound {
-            let words = format!("{name} std {:.2e} is {:.2} of the bound", estimated.std, estimated.std / known.bound);
-            self.wrong.push((Cause::Narrow, words));
+        if estimated.std < NARROW * known.bound_within_reach {
+            let share = estimated.std / known.bound_within_reach;
+            self.wrong.push((Cause::Narrow, format!("{name} std {:.2e} is {share:.2} of the bound", estimated.std)));
+        } else if estimated.std < NARROW * known.bound {
+            self.narrow_without_end.push(name.to_owned());
         }
     }
 

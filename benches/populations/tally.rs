@@ -56,6 +56,10 @@ fn rows(trials: &[Trial]) -> Vec<(String, String)> {
     let of_cause = |cause| count(&|trial| trial.judged.causes().contains(&cause));
     rows.extend(Cause::ALL.map(|cause| (cause.to_string(), of_cause(cause).to_string())));
     rows.extend([
+        (
+            "std below half the bound only if unknowns have no end".to_owned(),
+            count(&|trial| !trial.judged.narrow_without_end.is_empty()).to_string(),
+        ),
         ("told of what is determined well enough to be of use".to_owned(), reported(trials)),
         ("within the 95 % interval".to_owned(), covered(trials)),
         ("largest error, standard deviations".to_owned(), largest(trials)),
