@@ -9,7 +9,8 @@
 //! ```
 //!
 //! where masses and moments beyond are those seen from a frame half a turn about its `y` on. Of such images the one that reads as
-//! declared is the answer. Where joints stand, or hardly carry anything, their gains say nothing of such an image, and an offset tells it:
+//! declared is the answer. Where the readings say little, such an end may be no exact image: then what explains them with those sensors at their
+//! nominal values is tried, too. Where joints stand, or hardly carry anything, their gains say nothing of such an image, and an offset tells it:
 //! it lies half a turn from its nominal value.
 
 use std::f64::consts::PI;
@@ -23,6 +24,7 @@ use crate::joint::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::solve_from::solve_built;
 use crate::joint::solved::Solved;
+use crate::joint::start::start_around;
 use crate::joint::variables::State;
 
 /// Share of its nominal value below which a gain has no sign: it may be zero.
@@ -81,8 +83,10 @@ impl Symmetry for TurnedAxes<'_> {
     }
 
     fn images(&self, solved: &Solved, _: &SolveEnvironment<'_>) -> Result<Vec<State>, EstimateError> {
-        let found = solved.state(&State::nominal(self.session));
-        Ok(turned_axes(self.session, &found).into_iter().collect())
+        let (session, found) = (self.session, solved.state(&State::nominal(self.session)));
+        let nominal = sensors_as_declared(session, &found);
+        let nominal = nominal.map(|sensors| start_around(session, &solved.readings, &sensors)).transpose()?;
+        Ok(turned_axes(session, &found).into_iter().chain(nominal).collect())
     }
 
     /// An image that leads nowhere is none, nor is one that has no fewer gains and offsets as they are not declared.
@@ -132,6 +136,16 @@ fn turned_axes(session: &Session, found: &State) -> Option<State> {
         *image.value_mut(offset) = value - PI * half_turns_off(session, offset, value);
     }
     Some(standing_alike(session, found, image))
+}
+
+/// Gains and offsets that are as they are not declared at their nominal values; nothing where there is no such gain.
+fn sensors_as_declared(session: &Session, found: &State) -> Option<State> {
+    let turned = turned_gains(session, found);
+    let mut sensors = found.clone();
+    for id in turned.iter().copied().chain(far_offsets(session, found)) {
+        *sensors.value_mut(id) = session.nominal(id);
+    }
+    (!turned.is_empty()).then_some(sensors)
 }
 
 /// The image with masses and placements where they are in the first pose of what it is the image of, seen from its frames.

@@ -11,9 +11,11 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
+use crate::joint::directions::directions;
 use crate::joint::error::EstimateError;
 use crate::joint::solve_from::solve_from;
 use crate::joint::solved::Solved;
+use crate::joint::start::start_around;
 use crate::joint::variables::State;
 
 /// Iterations at most in which the rest follows gravity on the border of its hemisphere.
@@ -29,6 +31,15 @@ impl InHemisphere<'_> {
     fn is_elsewhere(&self, solved: &Solved, pole: [f64; 3]) -> bool {
         let known = solved.hemisphere_contradicted || !solved.estimate.termination.converged();
         !known && !self.lies_within(solved, pole)
+    }
+
+    /// Gravity as declared, the sensors at their nominal values, and what explains the readings with them.
+    fn as_declared(&self, solved: &Solved) -> Result<Option<State>, EstimateError> {
+        let nominal = State::nominal(self.session);
+        let size = self.session.gravity.magnitude;
+        let Some(along) = directions(self.session.gravity.hemisphere).next() else { return Ok(None) };
+        let sensors = State { gravity: along.map(|component| size * component), ..nominal };
+        Ok(Some(start_around(self.session, &solved.readings, &sensors)?))
     }
 
     fn lies_within(&self, solved: &Solved, pole: [f64; 3]) -> bool {
@@ -54,7 +65,8 @@ impl Symmetry for InHemisphere<'_> {
         let found = solved.state(&State::nominal(session));
         let free = |joint: &usize| session.fixed_reason(*joint, SensorParameter::PositionOffset).is_none();
         let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
-        Ok(std::iter::once(found.upside_down(session)).chain(turned).collect())
+        let declared = self.as_declared(solved)?;
+        Ok(std::iter::once(found.upside_down(session)).chain(turned).chain(declared).collect())
     }
 
     /// What leads nowhere explains nothing.
