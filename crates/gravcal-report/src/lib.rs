@@ -37,6 +37,7 @@ mod page;
 mod payload_text;
 mod provenance;
 mod sensor_row;
+mod spectrum;
 mod spreadsheet;
 pub mod study;
 mod summary;

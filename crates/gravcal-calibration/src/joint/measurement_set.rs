@@ -73,6 +73,24 @@ impl MeasurementSet {
         MeasurementSet { used, ..self.clone() }
     }
 
+    /// The same readings in a session in which two channels are exchanged: one may be read where the other is not.
+    pub(super) fn exchanged(&self, a: usize, b: usize) -> MeasurementSet {
+        let other = |channel: &usize| match *channel {
+            own if own == a => b,
+            own if own == b => a,
+            own => own,
+        };
+        let of_pose = |used: &Arc<[usize]>| {
+            if used.contains(&a) == used.contains(&b) {
+                return Arc::clone(used);
+            }
+            let mut used: Vec<usize> = used.iter().map(other).collect();
+            used.sort_unstable();
+            used.into()
+        };
+        MeasurementSet { used: self.used.iter().map(of_pose).collect(), ..self.clone() }
+    }
+
     /// The same as if each were uncertain by a hundredth of its channel's spread at least. What explains readings so roughly lies where
     /// the reference prior has a say: at plausible values, and not in one of the deep and narrow minima that small noise makes of odd ones.
     pub(super) fn roughly(&self, session: &Session) -> MeasurementSet {

@@ -89,7 +89,7 @@ fn mistaken_columns(
     let mut promising = Vec::new();
     let hypotheses = hypotheses(session);
     for hypothesis in &hypotheses {
-        promising.push((start_cost(&hypothesis.made(session), &readings)?, *hypothesis));
+        promising.push((start_cost(&hypothesis.made(session), &hypothesis.read(&readings))?, *hypothesis));
     }
     let (lost, tried_of_lost) = lost_loads(session, &readings)?;
     promising.extend(lost.into_iter().map(|(cost, lost)| (cost, Hypothesis::LoadLost(lost))));
@@ -102,21 +102,22 @@ fn mistaken_columns(
     let (before, _) = solve_with(session, &readings, solved, environment)?;
     let mut best: Option<(f64, Hypothesis, State)> = None;
     for (_, hypothesis) in promising.into_iter().take(SOLVED) {
-        let (after, end) = solve_with(&hypothesis.made(session), &readings, solved, environment)?;
+        let (after, end) = solve_with(&hypothesis.made(session), &hypothesis.read(&readings), solved, environment)?;
         if after < BETTER * before && best.as_ref().is_none_or(|(lowest, ..)| after < *lowest) {
             best = Some((after, hypothesis, end));
         }
     }
     let Some((after, hypothesis, end)) = best else { return Ok(None) };
     let tried = hypotheses.len() + tried_of_lost;
-    let likelier = decisively_likelier((&hypothesis.made(session), end), (session, solved), tried, environment)?;
+    let made = (&hypothesis.made(session), hypothesis.read(&solved.readings), end);
+    let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
     Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt())))
 }
 
-/// Whether a session, started there, explains the readings so much better than the solution that it is no accident of having tried so many,
-/// nor of few readings without stated noise.
+/// Whether a session with its readings, started there, explains them so much better than the solution that it is no accident of having
+/// tried so many, nor of few readings without stated noise.
 pub(super) fn decisively_likelier(
-    (made, start): (&Session, State),
+    (made, readings, start): (&Session, MeasurementSet, State),
     (session, solved): (&Session, &Solved),
     tried: usize,
     environment: &SolveEnvironment<'_>,
@@ -126,7 +127,7 @@ pub(super) fn decisively_likelier(
         return Ok(false);
     }
     let noise = first_noise(session, &solved.readings.spreads);
-    let readings = MeasurementSet { noise, ..solved.readings.clone() }.with_rough_unexplained(session);
+    let readings = MeasurementSet { noise, ..readings }.with_rough_unexplained(session);
     let other = solve_from(made, &readings, start, environment)?;
     let gain = solved.minus_log_restricted_likelihood(session)? - other.minus_log_restricted_likelihood(made)?;
     Ok(gain > DECISIVE + (tried as f64).ln())
@@ -183,6 +184,14 @@ impl Hypothesis {
             }
         }
         made
+    }
+
+    /// The readings as that session has them.
+    fn read(self, readings: &MeasurementSet) -> MeasurementSet {
+        match self {
+            Hypothesis::TorquesSwapped(a, b) => readings.exchanged(a, b),
+            _ => readings.clone(),
+        }
     }
 
     fn report(self, session: &Session, share: f64) -> Mistake {

@@ -172,7 +172,8 @@ fn beside_the_others(
         return Ok(None);
     }
     let (made, tried) = (turned(session, &joints), open.len());
-    if !decisively_likelier((&made, state.clone()), (session, solved), tried, environment)? {
+    let made = (&made, solved.readings.clone(), state.clone());
+    if !decisively_likelier(made, (session, solved), tried, environment)? {
         return Ok(None);
     }
     // All others may be the reversed ones: the assumed masses tell.

@@ -323,6 +323,18 @@ fn standstills_and_windows_of_one_recording_go_together() {
     assert!((0.6..1.6).contains(&rms(&all)), "{} {all:?}", rms(&all));
 }
 
+/// Where joints rest their torques do not count, so that of two columns that were exchanged one counts where the other does not.
+#[test]
+fn exchanged_torque_columns_of_an_arm_that_stops_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = Recording { seed: 1, stops: true, ..Recording::default() };
+    let text = SESSION.replace(r#"["tau1", "tau2", "tau3"]"#, r#"["tau1", "tau3", "tau2"]"#);
+    let session = recorded(folder.path(), recording, &text);
+    assert!(session.poses.iter().any(|pose| pose.torque[1].is_some() != pose.torque[2].is_some()));
+    let result = estimated(&session);
+    assert_eq!(result.termination, "swapped torque columns: shoulder and elbow", "{:?}", result.notes);
+}
+
 #[test]
 fn slow_sweeps_beside_windows_are_refused_as_they_would_count_twice() {
     let folder = tempfile::tempdir().unwrap();

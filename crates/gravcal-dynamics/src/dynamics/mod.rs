@@ -37,7 +37,7 @@ use crate::arithmetic::{Arithmetic, Stored};
 use crate::body_inertia::BODY;
 use crate::chain::{Chain, Drive};
 use crate::coupled;
-use crate::gravity::Bodies;
+use crate::gravity::{Bodies, INERTIA};
 
 /// What resists, in all samples alike.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +67,8 @@ pub struct InverseDynamics<L = f64> {
     /// By the links' parameters, n × 10 l: the regressor. Zero for links that the joint does not move. (By the rotor inertias, it is the
     /// diagonal matrix of the accelerations.)
     pub by_parameters: Vec<L>,
+    /// The regressor by gravity (m/s²): for each axis of the base n × 4 l, by the links' masses and first moments; tensors feel no gravity.
+    pub regressor_by_gravity: Vec<L>,
     bodies: Bodies<L>,
     motions: Vec<LinkMotion<L>>,
     /// Ψ̈ of each axis.
@@ -100,6 +102,7 @@ impl<L: Stored> InverseDynamics<L> {
             by_acceleration: vec![L::ZERO; joints * joints],
             by_gravity: vec![L::ZERO; joints * 3],
             by_parameters: vec![L::ZERO; joints * links * BODY],
+            regressor_by_gravity: vec![L::ZERO; 3 * joints * links * INERTIA],
             bodies: Bodies::new(links),
             motions: vec![LinkMotion::still(); links],
             axis_changes: vec![Twist::ZERO; links],
@@ -236,6 +239,37 @@ impl Chain {
         } else {
             out.sweep(on, self, sample, gravity);
             regressor::write(on, self, &out.bodies, &out.motions, &mut out.by_parameters);
+        }
+    }
+
+    /// The regressor without gravity into `out.by_parameters`, and its derivative by gravity into `out.regressor_by_gravity`; what else is
+    /// there stays as it is. With both the regressor is known under any gravity: `Y = Y_0 + Σ_a g_a Y_a`. For the rest see
+    /// [`Chain::inverse_dynamics`]. Allocates nothing.
+    ///
+    /// # Panics
+    ///
+    /// When a slice has another length, or `out` was made for another chain.
+    #[inline(always)]
+    pub fn affine_regressor<A: Arithmetic>(
+        &self,
+        on: A,
+        sample: JointMotion<'_, A::Stored>,
+        out: &mut InverseDynamics<A::Stored>,
+    ) {
+        self.inverse_dynamics_regressor(on, sample, [0.0; 3], out);
+        if self.joints().is_empty() {
+            return;
+        }
+        if let (Some(drives), Some(axes)) = (&self.drives, &mut out.axes) {
+            let InverseDynamics { bodies, motions, regressor_by_gravity, .. } = &mut axes.dynamics;
+            regressor::write_by_gravity(on, self, bodies, motions, regressor_by_gravity);
+            let by_axes = regressor_by_gravity.chunks_exact(regressor_by_gravity.len() / 3);
+            let by_joints = out.regressor_by_gravity.len() / 3;
+            for (own, by_joint) in by_axes.zip(out.regressor_by_gravity.chunks_exact_mut(by_joints)) {
+                coupled::gather(on, drives, own, by_joint);
+            }
+        } else {
+            regressor::write_by_gravity(on, self, &out.bodies, &out.motions, &mut out.regressor_by_gravity);
         }
     }
 

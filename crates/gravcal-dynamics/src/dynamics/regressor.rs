@@ -8,6 +8,9 @@
 //!     ∂τ_i/∂h_k = a × s_ω + s_v × α + ω × (ω × s_v)
 //!     ∂τ_i/∂I_k:  s_ω · I α + t · I ω,   t = s_ω × ω,     so xx: s_x α_x + t_x ω_x,   xy: s_x α_y + s_y α_x + t_x ω_y + t_y ω_x, …
 //! ```
+//!
+//! Gravity is in `a` alone, `∂a/∂g = −R_kᵀ`: by its component along axis e of the base, `∂τ_i/∂m_k` changes with `−s_v · R_kᵀ e` and
+//! `∂τ_i/∂h_k` with `−R_kᵀ e × s_ω`.
 
 use nalgebra::Vector3;
 
@@ -17,7 +20,7 @@ use crate::arithmetic::{Arithmetic, Number, Stored, cross, dot, transposed_times
 use crate::body_inertia::BODY;
 use crate::chain::Chain;
 use crate::frame::Frame;
-use crate::gravity::Bodies;
+use crate::gravity::{Bodies, INERTIA};
 
 /// A link's motion in its own frame.
 struct OwnMotion<N> {
@@ -46,9 +49,7 @@ pub(super) fn write<A: Arithmetic>(
         let own = own_motion(&frame, &motion.velocity.load(on), &motion.acceleration.load(on));
         let mut axis = Some(k);
         while let Some(i) = axis {
-            let by = motions[i].axis.load(on);
-            let turn = transposed_times(&frame.rotation, &by.angular);
-            let way = transposed_times(&frame.rotation, &by.at(&frame.translation));
+            let (turn, way) = alone(&frame, &motions[i].axis.load(on));
             let entries = &mut out[width * i + BODY * k..width * i + BODY * (k + 1)];
             for (entry, by) in entries.iter_mut().zip(own.by_parameters(&turn, &way)) {
                 *entry = on.store(by);
@@ -56,6 +57,42 @@ pub(super) fn write<A: Arithmetic>(
             axis = chain.topology.parents[i];
         }
     }
+}
+
+/// For each axis of the base rows of `4 l` numbers, one for each axis of the chain.
+#[inline(always)]
+pub(super) fn write_by_gravity<A: Arithmetic>(
+    on: A,
+    chain: &Chain,
+    bodies: &Bodies<A::Stored>,
+    motions: &[LinkMotion<A::Stored>],
+    out: &mut [A::Stored],
+) {
+    out.fill(A::Stored::ZERO);
+    let width = INERTIA * motions.len();
+    let rows = width * motions.len();
+    for k in 0..motions.len() {
+        let frame = bodies.as_slice()[k].link_pose(on);
+        let by_components = [0, 1, 2].map(|e| -frame.rotation.row(e).transpose());
+        let mut axis = Some(k);
+        while let Some(i) = axis {
+            let (turn, way) = alone(&frame, &motions[i].axis.load(on));
+            for (e, by_component) in by_components.iter().enumerate() {
+                let moment = cross(by_component, &turn);
+                let entries = &mut out[rows * e + width * i + INERTIA * k..][..INERTIA];
+                for (entry, by) in entries.iter_mut().zip([dot(&way, by_component), moment.x, moment.y, moment.z]) {
+                    *entry = on.store(by);
+                }
+            }
+            axis = chain.topology.parents[i];
+        }
+    }
+}
+
+/// The motion of a link by one coordinate alone, in its own frame: angular, and of its origin.
+#[inline(always)]
+fn alone<N: Number>(frame: &Frame<N>, by: &Twist<N>) -> (Vector3<N>, Vector3<N>) {
+    (transposed_times(&frame.rotation, &by.angular), transposed_times(&frame.rotation, &by.at(&frame.translation)))
 }
 
 #[inline(always)]

@@ -317,6 +317,24 @@ proptest! {
     }
 
     #[test]
+    fn the_regressor_is_known_under_any_gravity(moving in moving()) {
+        let (chain, gravity) = (moving.chain(), moving.pose.gravity);
+        let mut affine = InverseDynamics::new(chain);
+        chain.affine_regressor(Single, moving.sample(), &mut affine);
+        let mut expected = InverseDynamics::new(chain);
+        chain.inverse_dynamics_regressor(Single, moving.sample(), gravity, &mut expected);
+        let mut regressor = affine.by_parameters.clone();
+        let entries = chain.joint_count() * chain.link_count();
+        for (axis, component) in gravity.iter().enumerate() {
+            let own = &affine.regressor_by_gravity.as_chunks::<INERTIA>().0[axis * entries..][..entries];
+            for (body, by_gravity) in regressor.as_chunks_mut::<BODY>().0.iter_mut().zip(own) {
+                body.iter_mut().zip(by_gravity).for_each(|(entry, by)| *entry += component * by);
+            }
+        }
+        check_close(&regressor, &expected.by_parameters, ROUNDING)?;
+    }
+
+    #[test]
     fn samples_in_lanes_have_the_bits_that_each_has_alone(moving in moving()) {
         let Some(together) = pulp::Arch::new().dispatch(BatchSamples(&moving)) else { return Ok(()) };
         for lane in 0..LANES {

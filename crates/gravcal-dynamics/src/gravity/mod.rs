@@ -42,7 +42,7 @@ use crate::coupled;
 use crate::frame::constant;
 
 /// Numbers of one link's inertia: mass and three components of the first moment.
-const INERTIA: usize = 4;
+pub(crate) const INERTIA: usize = 4;
 
 /// The holding torques of one pose with their derivatives, all row-major; a workspace to be reused.
 ///

@@ -97,16 +97,13 @@ impl Problem {
     /// As [`Problem::residuals`].
     pub fn transposed_product(&self, values: &Values, u: &[f64]) -> Result<Vec<f64>, EvaluateError> {
         let mut rows = Rows::new(self, values);
-        let mut row_of_all = vec![0.0; self.columns.len() + 1];
+        let mut stored = Vec::new();
         let mut product = vec![0.0; self.columns.len()];
         for factor in 0..self.factors.len() {
             rows.linearize(factor, false)?;
             rows.check_jacobian(factor)?;
-            for (row, weight) in u[self.rows_of(factor)].iter().enumerate() {
-                row_of_all.fill(0.0);
-                rows.scatter(factor, row, &mut row_of_all);
-                product.iter_mut().zip(&row_of_all).for_each(|(sum, entry)| *sum += weight * entry);
-            }
+            rows.sum(&u[self.rows_of(factor)], &mut stored);
+            rows.for_tangent(factor, &stored, |column, entry| product[column] += entry);
         }
         Ok(product)
     }
@@ -425,8 +422,8 @@ impl<'a> Rows<'a> {
 
     /// Calls `found(index, entry)` for the entries of a row in the columns of a component.
     pub fn for_component(&self, factor: usize, row: usize, mut found: impl FnMut(usize, f64)) {
-        self.for_blocks(factor, row, |place, entry| {
-            if let Place::Component { index, .. } = place {
+        self.for_columns(factor, row, |column, entry| {
+            if let Place::Component { index, .. } = self.problem.structure.places[column] {
                 found(index, entry);
             }
         });
@@ -438,27 +435,33 @@ impl<'a> Rows<'a> {
         out[out.len() - 1] = self.residual(row);
     }
 
-    /// Calls `found(column, entry)` for the entries of a row in the tangent columns of the factor's free blocks.
-    pub fn for_columns(&self, factor: usize, row: usize, mut found: impl FnMut(usize, f64)) {
-        let structure = self.problem.structure();
-        self.for_blocks(factor, row, |place, entry| match place {
-            Place::Shared(index) => found(structure.shared[index], entry),
-            Place::Component { component, index } => found(structure.components[component].columns[index], entry),
-        });
+    /// The stored columns of a factor's rows, each row so many times, in one; without residuals.
+    fn sum(&self, times: &[f64], stored: &mut Vec<f64>) {
+        stored.clear();
+        stored.resize(self.width, 0.0);
+        for (row, times) in times.iter().enumerate() {
+            let times = times * self.scales[row].0;
+            stored.iter_mut().zip(self.local_row(row)).for_each(|(sum, entry)| *sum += times * entry);
+        }
     }
 
-    /// Calls `found(place, entry)` for every entry of a row in the tangent columns of the factor's free blocks.
-    fn for_blocks(&self, factor: usize, row: usize, mut found: impl FnMut(Place, f64)) {
+    /// Calls `found(column, entry)` for the entries of a row in the tangent columns of the factor's free blocks.
+    pub fn for_columns(&self, factor: usize, row: usize, mut found: impl FnMut(usize, f64)) {
+        let scale = self.scales[row].0;
+        self.for_tangent(factor, self.local_row(row), |column, entry| found(column, scale * entry));
+    }
+
+    /// Calls `found(column, entry)` for what numbers over a factor's stored columns are over the tangent columns of its free blocks.
+    fn for_tangent(&self, factor: usize, local: &[f64], mut found: impl FnMut(usize, f64)) {
         let problem = self.problem;
-        let (scale, local) = (self.scales[row].0, self.local_row(row));
         let offsets = &problem.shape_of(factor).local_offsets;
         for (id, from) in problem.factors[factor].residual.blocks().iter().zip(offsets) {
             let mut columns = problem.columns_of(*id);
             let stored = problem.block(*id).len();
             if !columns.is_empty() {
                 let basis = problem.block(*id).manifold.basis(self.values.get(*id));
-                project(basis, &local[*from..*from + stored], |v| {
-                    columns.next().into_iter().for_each(|c| found(problem.structure.places[c], scale * v));
+                project(basis, &local[*from..*from + stored], |entry| {
+                    columns.next().into_iter().for_each(|column| found(column, entry));
                 });
             }
         }

@@ -6,15 +6,13 @@ use std::sync::Arc;
 use super::clock::Recorded;
 use super::spline::Run;
 use super::weight::Weighing;
-use super::{Course, FEWEST, Kept, MotionSample, MotionWindow, WindowRule};
+use super::{Course, FEWEST, Kept, MotionSample, MotionWindow, OVERLAP, WindowRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
 use crate::pose::{Reading, StaticPose};
 
 /// In how many steps a window is divided, at whose ends the model is asked how the arm moves.
 const STEPS: usize = 16;
-/// Windows that begin in the length of one.
-const OVERLAP: f64 = 6.4;
 
 /// Appends the windows of a run.
 pub(super) fn windows(

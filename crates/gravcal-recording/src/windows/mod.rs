@@ -91,6 +91,8 @@ impl WindowRule {
 pub struct MotionWindows {
     /// In the order of the recording.
     pub found: Vec<MotionWindow>,
+    /// Length of a window, s.
+    pub length: f64,
     /// Which times were believed.
     pub clock: Clock,
     /// From sample to sample, s, on the median.
@@ -109,6 +111,18 @@ pub struct MotionWindows {
     pub torque_lag: f64,
     /// Cut-off of the filter that torques were taken to have passed, Hz.
     pub recorded_filter: Option<f64>,
+}
+
+impl MotionWindows {
+    /// From window to window, s.
+    pub fn step(&self) -> f64 {
+        self.length / OVERLAP
+    }
+
+    /// Beyond it windows let little pass, Hz: of the amplitude there an eighth.
+    pub fn cut_off(&self) -> f64 {
+        CUT_OFF / self.length
+    }
 }
 
 /// One window.
@@ -146,6 +160,10 @@ pub struct MotionSample {
     pub acceleration: Vec<f64>,
 }
 
+/// Windows that begin in the length of one.
+const OVERLAP: f64 = 6.4;
+/// Cut-off of a window of 1 s, Hz.
+const CUT_OFF: f64 = 1.6;
 /// Fewer samples in a window than this tell no mean.
 const FEWEST: f64 = 8.0;
 
@@ -202,6 +220,7 @@ pub fn motion_windows(
     let clock = recorded.find_clock();
     let splines = spline::of_joints(&recorded, rule.reach());
     let mut windows = MotionWindows {
+        length: rule.length,
         clock,
         interval,
         position_noise: splines.noise.clone(),

@@ -163,7 +163,8 @@ impl Series {
 
     /// The spline's states at all samples, per step.
     fn smooth(&self, density: f64) -> Vec<Vector3<f64>> {
-        let mut predicted = vec![Predicted::first()];
+        let mut predicted = Vec::with_capacity(self.values.len());
+        predicted.push(Predicted::first());
         for (step, value) in self.steps.iter().zip(&self.values) {
             let next = predicted[predicted.len() - 1].updated(*value).moved(*step, density);
             predicted.push(next);

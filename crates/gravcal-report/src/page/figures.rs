@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::CalibrationPage;
 use super::arrays::base64;
 use super::correlation::{Correlation, correlation};
+use super::spectra::{Spectra, spectra};
 use crate::json::JsonError;
 
 /// What the script draws.
@@ -80,6 +81,7 @@ struct Residuals {
     weights: Option<String>,
     /// Of the estimator that decides, where an arm in motion was read.
     parts: Option<Parts>,
+    spectra: Option<Spectra>,
 }
 
 /// By pose, of what the prediction is made.
@@ -131,6 +133,16 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
             }
             div #residuals .panels {}
             p #residual-hover .hover {}
+            @if page.session.has_windows() {
+                h2 { "Spectrum of residuals" }
+                p.small {
+                    "Of an arm in motion, as amplitude spectral densities over frequency: what the model leaves of the readings (blue) beside the readings "
+                    "themselves (grey). Where blue nears grey the model explains nothing, where it is above the recorder filtered the torques; a peak is a "
+                    "resonance, a gear or a controller. Beyond the dashed line windows let little of either pass."
+                }
+                div #spectra .panels {}
+                p #spectrum-hover .hover {}
+            }
             h2 { "Is it noise?" }
             p.small {
                 "Left of each pair: residuals in order against normal quantiles; noise of the stated size lies on the line. Right: how alike "
@@ -256,5 +268,6 @@ fn of_channel(session: &Session, result: &EstimatorResult, channel: usize, decid
                 bias: part(&|torque| torque.bias),
             }
         }),
+        spectra: if decides { spectra(session, &own) } else { None },
     }
 }

@@ -14,6 +14,7 @@ mod fit;
 mod identifiability;
 mod parameters;
 mod provenance;
+mod spectra;
 #[cfg(test)]
 mod tests;
 mod verdict;

@@ -17,6 +17,10 @@
       after: floats(one.after), before: one.before && floats(one.before),
       stds: one.stds && floats(one.stds), std: one.std, weights: one.weights && floats(one.weights),
       parts: one.parts && { gravity: floats(one.parts.gravity), inertia: floats(one.parts.inertia), bias: floats(one.parts.bias) },
+      spectra: one.spectra && {
+        frequency: floats(one.spectra.frequency), reading: floats(one.spectra.reading),
+        residual: floats(one.spectra.residual), cutOff: one.spectra.cut_off,
+      },
     })),
   }));
   const std = (one, pose) => (one.stds ? one.stds[pose] : one.std);
@@ -148,6 +152,29 @@
       return new Figure(canvas, hover && ((near) => hover(index, near)));
     });
   }
+  // How residuals are spread over frequency, where an arm moved.
+  function spectra() {
+    const moving = channels.filter((_, place) => estimators[0].channels[place].spectra);
+    const figures = panels("spectra", moving.length, (index, near) => {
+      const channel = moving[index], { frequency, reading, residual } = estimators[0].channels[channels.indexOf(channel)].spectra, unit = `${channel.unit}/√Hz`;
+      element("spectrum-hover").textContent = `${channel.name} at ${number(frequency[near.pose])} Hz: readings `
+        + `${reading[near.pose].toPrecision(3)} ${unit}, residuals ${residual[near.pose].toPrecision(3)} ${unit}`;
+    });
+    moving.forEach((channel, index) => {
+      const { frequency, reading, residual, cutOff } = estimators[0].channels[channels.indexOf(channel)].spectra;
+      const logarithms = (values) => Array.from(values, (value) => (value > 0 ? Math.log10(value) : NaN));
+      const x = logarithms(frequency), series = [
+        { kind: "line", x, y: logarithms(reading), colour: "soft" },
+        { kind: "line", x, y: logarithms(residual), colour: "after", poses: x.map((_, place) => place) },
+      ];
+      const yRange = extent(series, "y"), end = Math.log10(cutOff);
+      figures[index].show({
+        title: channel.name, xLabel: "frequency, Hz", yLabel: `${channel.unit}/√Hz`, logarithms: true, yRange,
+        series: [{ kind: "line", x: [end, end], y: yRange, colour: "before", dashed: true, width: 1.2 }, ...series],
+      });
+    });
+  }
+
   const chosen = () => estimators[picked("estimator")];
   const residualPanels = panels("residuals", channels.length, (index, near) =>
     tellPose(element("residual-hover"), channels[index], chosen().channels[index], near.pose));
@@ -259,5 +286,6 @@
   drawFit();
   if (element("parts")) torqueOverTime();
   drawResiduals();
+  if (element("spectra")) spectra();
   if (element("correlation")) drawCorrelation();
 })();

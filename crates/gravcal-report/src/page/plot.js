@@ -11,6 +11,22 @@ function ticks(low, high, most) {
   return { all, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
 }
 
+// The same of logarithms to base 10: by tenfolds, or by 1, 2 and 5 where few of these are seen.
+function logarithmicTicks(low, high, most) {
+  const factors = high - low < 2 ? [1, 2, 5] : [1], each = Math.max(1, Math.ceil((high - low) / most)), all = [];
+  for (let power = Math.floor(low); power <= high; power++) {
+    if (power % each) continue;
+    for (const factor of factors) {
+      const at = power + Math.log10(factor);
+      if (at >= low && at <= high) all.push(at);
+    }
+  }
+  return { all };
+}
+
+// A power of ten, or two or five of it, in a few letters.
+const rounded = (value) => (value >= 0.005 && value < 1e4 ? String(Number(value.toPrecision(1))) : value.toExponential(0));
+
 function extent(series, key) {
   let low = Infinity, high = -Infinity;
   for (const one of series) for (const value of one[key]) {
@@ -21,7 +37,8 @@ function extent(series, key) {
   return [low - pad, high + pad];
 }
 
-// plot: { title, xLabel, yLabel, series: [{ x, y, kind: "points" | "line", colour, dashed, rings, size }], xRange, yRange, bands }
+// plot: { title, xLabel, yLabel, series: [{ x, y, kind: "points" | "line", colour, dashed, rings, size }], xRange, yRange, bands, logarithms }
+// logarithms: all numbers are logarithms to base 10.
 class Figure {
   constructor(canvas, onHover) {
     this.canvas = canvas;
@@ -69,15 +86,17 @@ class Figure {
     const { plot } = this;
     c.lineWidth = 1; c.strokeStyle = colour("line"); c.fillStyle = colour("soft");
     c.textAlign = "center"; c.textBaseline = "top";
-    const across = ticks(x0, x1, Math.max(2, (box.right - box.left) / 70)), up = ticks(y0, y1, Math.max(2, (box.bottom - box.top) / 40));
+    const places = plot.logarithms ? logarithmicTicks : ticks;
+    const across = places(x0, x1, Math.max(2, (box.right - box.left) / 70)), up = places(y0, y1, Math.max(2, (box.bottom - box.top) / 40));
+    const text = (value, { digits }) => (plot.logarithms ? rounded(Math.pow(10, value)) : value.toFixed(digits));
     for (const x of across.all) {
       c.beginPath(); c.moveTo(X(x), box.top); c.lineTo(X(x), box.bottom); c.stroke();
-      c.fillText(x.toFixed(across.digits), X(x), box.bottom + 4);
+      c.fillText(text(x, across), X(x), box.bottom + 4);
     }
     c.textAlign = "right"; c.textBaseline = "middle";
     for (const y of up.all) {
       c.beginPath(); c.moveTo(box.left, Y(y)); c.lineTo(box.right, Y(y)); c.stroke();
-      c.fillText(y.toFixed(up.digits), box.left - 5, Y(y));
+      c.fillText(text(y, up), box.left - 5, Y(y));
     }
     c.textAlign = "center"; c.textBaseline = "bottom";
     c.fillText(plot.xLabel || "", (box.left + box.right) / 2, box.bottom + 33);

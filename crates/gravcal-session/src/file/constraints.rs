@@ -86,11 +86,11 @@ fn check_assumed(context: &Context<'_>, field: &Field) -> Result<(), FileError> 
         missing.map(|(link, _)| link.name.as_str()).collect()
     };
     let massless = without(&|[mass, ..]| *mass <= 0.0);
-    // About the centre of mass: about the link's origin a point mass has one, too.
+    // About the centre of mass: about the link's origin a point mass has one, too. A `robot.toml` that states none has zeros there.
     let is_point = |body: &[f64; 10]| {
-        let [mass, ..] = *body;
+        let [mass, _, _, _, stated @ ..] = *body;
         let tensor = BodyInertia::from_parameters(*body).tensor_about_center();
-        mass > 0.0 && tensor.iter().all(|entry| entry.abs() <= POINT * mass)
+        mass > 0.0 && (stated == [0.0; 6] || tensor.iter().all(|entry| entry.abs() <= POINT * mass))
     };
     let pointlike = without(&is_point);
     let missing: Vec<String> = [("a mass", massless), ("an inertia tensor", pointlike)]
@@ -103,7 +103,8 @@ fn check_assumed(context: &Context<'_>, field: &Field) -> Result<(), FileError> 
     }
     let message = format!(
         "readings tell combinations of inertias only, and the rest is taken from the robot's file; {} has not {}: describe the robot by \
-         a URDF with an <inertial> for each of these links (rough values serve: a cylinder of the link's size and mass), or leave this out",
+         a URDF with an <inertial> for each of these links, or by inertia_kg_m2 in robot.toml (rough values serve: a cylinder of the link's \
+         size and mass), or leave this out",
         context.robot_path.display(),
         missing.join(", nor ")
     );

@@ -18,6 +18,7 @@
 //! link = "upper-arm"                         # optional, "link<i>" by default
 //! mass_kg = 2.0                              # optional, with center_of_mass_m in the link's frame
 //! center_of_mass_m = [0.1, 0.05, 0.15]
+//! inertia_kg_m2 = { xx = 0.02, yy = 0.03, zz = 0.01 }                # optional, with mass_kg: about the centre of mass, along the link's axes
 //! torque_sensor = { gain = { value = 6.69, unit = "count/(N·m)" }, bias = { value = 2048, unit = "count" } }
 //! position_sensor = { gain = { value = 1.0, unit = "deg/deg" }, offset = { value = 135.0, unit = "deg" } }
 //! ```
@@ -27,7 +28,9 @@
 
 use std::path::Path;
 
-use gravcal_dynamics::{Attachment, Chain, DhConvention, DhRow, Joint, JointKind, Link, LinkInertia, joint_from_dh};
+use gravcal_dynamics::{
+    Attachment, BodyInertia, Chain, DhConvention, DhRow, Joint, JointKind, Link, LinkInertia, joint_from_dh,
+};
 use gravcal_robot_model::robot::{NominalSensors, Robot};
 use serde::Deserialize;
 
@@ -150,6 +153,11 @@ struct JointTable {
     /// Default: unknown.
     /// Example: `center_of_mass_m = [0.0, -0.15, 0.03]`
     center_of_mass_m: Option<[f64; 3]>,
+    /// Assumed inertia of the link, with `mass_kg`: what an arm in motion feels beyond its mass.
+    ///
+    /// Default: unknown.
+    /// Example: `inertia_kg_m2 = { xx = 0.02, yy = 0.03, zz = 0.01 }`
+    inertia_kg_m2: Option<TensorTable>,
     /// Nominal torque sensor.
     ///
     /// Default: gain 1, bias 0 of readings in N·m.
@@ -160,6 +168,48 @@ struct JointTable {
     /// Default: gain 1, offset 0 of readings in deg or rad.
     /// Example: `position_sensor = { gain = { value = 1.0, unit = "deg/deg" }, offset = { value = 0.0, unit = "deg" } }`
     position_sensor: Option<PositionSensorTable>,
+}
+
+/// `inertia_kg_m2`: an inertia tensor about the link's centre of mass, along the axes of the link's frame; as in a URDF.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+struct TensorTable {
+    /// About x.
+    ///
+    /// Unit: kg·m².
+    /// Example: `xx = 0.02`
+    xx: f64,
+    /// About y.
+    ///
+    /// Unit: kg·m².
+    /// Example: `yy = 0.03`
+    yy: f64,
+    /// About z.
+    ///
+    /// Unit: kg·m².
+    /// Example: `zz = 0.01`
+    zz: f64,
+    /// `−∫ x y dm`.
+    ///
+    /// Unit: kg·m².
+    /// Default: 0.
+    /// Example: `xy = 0.001`
+    #[serde(default)]
+    xy: f64,
+    /// `−∫ x z dm`.
+    ///
+    /// Unit: kg·m².
+    /// Default: 0.
+    /// Example: `xz = 0.0`
+    #[serde(default)]
+    xz: f64,
+    /// `−∫ y z dm`.
+    ///
+    /// Unit: kg·m².
+    /// Default: 0.
+    /// Example: `yz = 0.002`
+    #[serde(default)]
+    yz: f64,
 }
 
 impl JointTable {
@@ -222,8 +272,11 @@ fn chain(document: &Document, table: &RobotTable) -> Result<Chain, FileError> {
     };
     let joints = rows.iter().zip(&table.joint).map(joint).collect();
     let links = rows.iter().map(|row| row.link.clone()).collect();
+    let tensors = table.joint.iter().enumerate().map(|(i, joint)| tensor(document, &joint_field(i), joint));
+    let tensors = tensors.collect::<Result<_, _>>()?;
     // What is left: no joints at all, a link that bears the base's name, branches in pieces, joints that mimic each other.
-    Chain::branched(base, joints, links, &attached).map_err(|error| document.error(&Field::new("joint"), error))
+    let chain = Chain::branched(base, joints, links, &attached);
+    Ok(chain.map_err(|error| document.error(&Field::new("joint"), error))?.with_tensors(tensors))
 }
 
 /// Where a row hangs, and whom it follows.
@@ -311,4 +364,19 @@ fn inertia(document: &Document, joint: &Field, table: &JointTable) -> Result<Opt
             Err(document.error(&joint.key("center_of_mass_m"), "a centre of mass without a mass: add mass_kg"))
         }
     }
+}
+
+/// `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` of a link about its frame's origin; zero where nothing is stated.
+fn tensor(document: &Document, joint: &Field, table: &JointTable) -> Result<[f64; 6], FileError> {
+    let Some(TensorTable { xx, yy, zz, xy, xz, yz }) = table.inertia_kg_m2 else { return Ok([0.0; 6]) };
+    let field = joint.key("inertia_kg_m2");
+    let (Some(mass), Some(center)) = (table.mass_kg, table.center_of_mass_m) else {
+        return Err(document.error(&field, "an inertia without a mass: add mass_kg and center_of_mass_m"));
+    };
+    if [xx, yy, zz].iter().any(|entry| *entry < 0.0) {
+        return Err(
+            document.error(&field, "nothing has a negative inertia about an axis: xx, yy and zz are zero or more")
+        );
+    }
+    Ok(BodyInertia::about_center(mass, center, [xx, xy, yy, xz, yz, zz]).tensor)
 }

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::fs;
 use std::path::PathBuf;
 
-use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_dynamics::{Chain, DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::robot::{NominalPositionSensor, NominalSensors, NominalTorqueSensor, Robot};
 use tempfile::TempDir;
@@ -250,6 +250,34 @@ fn masses_come_with_their_place() {
     );
     assert!(refused("mass_kg = 2\n", "").starts_with("robot.toml:12: joint[0].center_of_mass_m: "));
     assert!(refused("center_of_mass_m = [0.1, 0, -0.5]\n", "").starts_with("robot.toml:12: joint[0].mass_kg: "));
+}
+
+/// About the centre of mass as in a URDF, and about the link's origin in the chain.
+#[test]
+fn inertia_tensors_are_those_of_a_urdf() {
+    let written = "inertia_kg_m2 = { xx = 0.02, yy = 0.03, zz = 0.01, xy = 0.001, yz = -0.002 }";
+    let stated = ROBOT.replace("mass_kg = 2\n", &format!("mass_kg = 2\n{written}\n"));
+    let (_folder, path) = folder_with("robot.toml", &stated);
+    let chain = read_robot(&path).unwrap().chain;
+    let urdf = r#"<robot name="crane"><link name="base"/>
+        <joint name="slew" type="revolute"><parent link="base"/><child link="tower"/><axis xyz="0 0 1"/>
+            <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+        <link name="tower"><inertial><origin xyz="0.1 0 -0.5"/><mass value="2"/>
+            <inertia ixx="0.02" ixy="0.001" ixz="0" iyy="0.03" iyz="-0.002" izz="0.01"/></inertial></link></robot>"#;
+    let same = Chain::from_urdf(urdf, "base", &["tower"]).unwrap().inertial_parameters().unwrap();
+    let read = chain.inertial_parameters().unwrap();
+    assert!(read.iter().zip(&same).all(|(a, b)| (a - b).abs() < 1e-15), "{read:?} is not {same:?}");
+    assert_eq!(read[10..], [0.0; 10]);
+
+    let with = |written: &str| refused("mass_kg = 2\n", &format!("mass_kg = 2\n{written}\n"));
+    assert_eq!(
+        with("inertia_kg_m2 = { xx = 0.02, yy = -0.03, zz = 0.01 }"),
+        "robot.toml:13: joint[0].inertia_kg_m2: nothing has a negative inertia about an axis: xx, yy and zz are zero or more"
+    );
+    assert!(with("inertia_kg_m2 = { xx = nan, yy = 1, zz = 1 }").contains("xx: expected a finite number, found nan"));
+    assert!(with("inertia_kg_m2 = { xx = 1, yy = 1 }").contains("zz"));
+    let massless = refused("mass_kg = 2\ncenter_of_mass_m = [0.1, 0, -0.5]", written);
+    assert!(massless.contains("an inertia without a mass: add mass_kg and center_of_mass_m"), "{massless}");
 }
 
 #[test]

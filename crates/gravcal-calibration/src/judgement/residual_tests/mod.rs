@@ -112,7 +112,9 @@ struct Tests<'a> {
 impl Tests<'_> {
     fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> Vec<ResidualTest> {
         let mut named: Vec<ResidualTest> = Vec::new();
-        let mut found = self.tested(&maker, &rows, &self.candidates(&maker, &rows));
+        let mut neighbours: Vec<Option<Neighbours>> =
+            (0..rows.channels()).map(|channel| Neighbours::of(&maker, &rows, channel)).collect();
+        let mut found = self.tested(&maker, &rows, &neighbours, &self.candidates(&maker, &rows));
         loop {
             let weight = weights(&found);
             let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
@@ -129,19 +131,28 @@ impl Tests<'_> {
             named.push(self.judged(&first.candidate, first.test));
             // With a term in the model, what it leaves is another.
             if !first.terms.is_empty() {
-                maker = maker.with(&first.terms);
+                for term in &first.terms {
+                    for (channel, known) in neighbours.iter_mut().enumerate() {
+                        *known = known.take().and_then(|known| known.with(&maker, &rows, channel, term));
+                    }
+                    maker = maker.with(std::slice::from_ref(term));
+                }
                 rows.count_freedom(&maker);
                 let candidates: Vec<Candidate> = found.into_iter().map(|tested| tested.candidate).collect();
-                found = self.tested(&maker, &rows, &candidates);
+                found = self.tested(&maker, &rows, &neighbours, &candidates);
             }
         }
     }
 
     /// Those that can be tested.
-    fn tested(&self, maker: &ResidualMaker, rows: &Rows, candidates: &[Candidate]) -> Vec<Tested> {
-        let neighbours: Vec<Option<Neighbours>> =
-            (0..rows.channels()).map(|channel| Neighbours::of(maker, rows, channel)).collect();
-        candidates.iter().filter_map(|candidate| self.test(maker, rows, &neighbours, candidate)).collect()
+    fn tested(
+        &self,
+        maker: &ResidualMaker,
+        rows: &Rows,
+        neighbours: &[Option<Neighbours>],
+        candidates: &[Candidate],
+    ) -> Vec<Tested> {
+        candidates.iter().filter_map(|candidate| self.test(maker, rows, neighbours, candidate)).collect()
     }
 
     fn candidates(&self, maker: &ResidualMaker, rows: &Rows) -> Vec<Candidate> {

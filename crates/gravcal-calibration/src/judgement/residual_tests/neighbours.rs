@@ -6,7 +6,13 @@
 //!
 //! with `A` half of one beside the diagonal, `M` the residual maker among the channel's rows and `m` its trace: what a fit does to
 //! residuals makes neighbours unlike, and is allowed for (Durbin and Watson, 1950). Of many rows `tr(M A M A)` is nearly that of `A`
-//! times `(m/n)²`. The rest is approximated by Student's t: `t = ρ √ν/√(1 − ρ²)` with `ρ = R − E R`, `ν = 1/var R − 1`.
+//! times `(m/n)²`. With a term in the model, of which a unit vector `u` is left, `M` is less by `u uᵀ`, and
+//!
+//! ```text
+//!     tr(M A M A) is less by 2 uᵀ A M A u − (uᵀ A u)²
+//! ```
+//!
+//! The rest is approximated by Student's t: `t = ρ √ν/√(1 − ρ²)` with `ρ = R − E R`, `ν = 1/var R − 1`.
 
 use gravcal_estimation::statistics::ResidualMaker;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -26,6 +32,8 @@ pub struct Neighbours {
     /// `tr(M A)` and `m`.
     product: f64,
     freedom: f64,
+    /// `tr(M A M A)`.
+    twice: f64,
     /// `ν`.
     student: f64,
 }
@@ -39,18 +47,41 @@ impl Neighbours {
             return None;
         }
         let product: f64 = pairs.iter().map(|(i, j)| maker.entry(*i, *j)).sum();
-        let twice = if own.len() <= EXACT {
-            of_products(maker, own, pairs)
-        } else {
-            0.5 * pairs.len() as f64 * (freedom / own.len() as f64).powi(2)
-        };
+        let twice =
+            if own.len() <= EXACT { of_products(maker, own, pairs) } else { of_many(own.len(), pairs.len(), freedom) };
+        Neighbours::from_traces(product, freedom, twice)
+    }
+
+    fn from_traces(product: f64, freedom: f64, twice: f64) -> Option<Neighbours> {
         let square = (product * product + 2.0 * twice) / (freedom * (freedom + 2.0));
         let variance = square - (product / freedom).powi(2);
         let student = 1.0 / variance - 1.0;
-        (variance > 0.0 && student > 1.0).then_some(Neighbours { product, freedom, student })
+        let tells = freedom >= LEAST as f64 && variance > 0.0 && student > 1.0;
+        tells.then_some(Neighbours { product, freedom, twice, student })
     }
 
-    /// The same where terms are estimated, too.
+    /// The same where the model has a term, too. `maker`: without it; `term`: the unit vector that it leaves.
+    pub fn with(&self, maker: &ResidualMaker, rows: &Rows, channel: usize, term: &[f64]) -> Option<Neighbours> {
+        let (own, pairs) = (rows.of_channel(channel), rows.pairs(channel));
+        let freedom = self.freedom - own.iter().map(|row| term[*row] * term[*row]).sum::<f64>();
+        let product: f64 = pairs.iter().map(|(i, j)| term[*i] * term[*j]).sum();
+        let twice = if own.len() <= EXACT {
+            let mut beside = vec![0.0; term.len()];
+            for (i, j) in pairs {
+                beside[*i] += 0.5 * term[*j];
+                beside[*j] += 0.5 * term[*i];
+            }
+            let mut left = beside.clone();
+            maker.apply(&mut left);
+            let both: f64 = beside.iter().zip(&left).map(|(a, b)| a * b).sum();
+            self.twice - 2.0 * both + product * product
+        } else {
+            of_many(own.len(), pairs.len(), freedom)
+        };
+        Neighbours::from_traces(self.product - product, freedom, twice)
+    }
+
+    /// The same where the tested terms are estimated, too: the mean is that without them.
     pub fn without(&self, pairs: &[(usize, usize)], terms: &[Vec<f64>]) -> Neighbours {
         let taken = |term: &Vec<f64>| pairs.iter().map(|(i, j)| term[*i] * term[*j]).sum::<f64>();
         Neighbours { product: self.product - terms.iter().map(taken).sum::<f64>(), ..self.clone() }
@@ -71,6 +102,11 @@ impl Neighbours {
         let (correlation, _, _, p) = self.test(rows, channel, residuals)?;
         (p < TREATED).then_some(correlation)
     }
+}
+
+/// What `tr(M A M A)` is nearly of many rows.
+fn of_many(rows: usize, pairs: usize, freedom: f64) -> f64 {
+    0.5 * pairs as f64 * (freedom / rows as f64).powi(2)
 }
 
 /// `tr(M A M A)` among the rows of a channel.

@@ -381,6 +381,26 @@ mod tests {
         assert!(share(&coloured, 0.001) < 0.03, "{}", share(&coloured, 0.001));
     }
 
+    /// Of few rows exactly, of many roughly, with each term as if the model had had it from the start.
+    #[test]
+    fn neighbours_follow_the_terms_of_a_model() {
+        for count in [60, 600] {
+            let (problem, values) = level(&noise(3, count));
+            let analysis = RankAnalysis::new(&problem, &values).unwrap();
+            let maker =
+                ResidualMaker::new(&Solution { problem: &problem, values: &values, analysis: &analysis }).unwrap();
+            let mut rows = Rows::plain(count, &maker);
+            let term = lacking(&maker, &[times(count)]).remove(0);
+            let known = Neighbours::of(&maker, &rows, 0).unwrap().with(&maker, &rows, 0, &term).unwrap();
+            let maker = maker.with(&[term]);
+            rows.count_freedom(&maker);
+            let anew = Neighbours::of(&maker, &rows, 0).unwrap();
+            let tests = [known, anew].map(|known| known.test(&rows, 0, maker.residuals()).unwrap());
+            let [known, anew] = tests.map(|(correlation, t, freedom, p)| [correlation, t, freedom, p]);
+            assert!(known.iter().zip(anew).all(|(a, b)| (a - b).abs() < 1e-9 * b.abs()), "{known:?} {anew:?}");
+        }
+    }
+
     #[test]
     fn neighbours_of_white_noise_are_alike_by_chance_alone() {
         let below = |seed: &u64| {

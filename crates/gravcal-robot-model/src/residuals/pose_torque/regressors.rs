@@ -1,7 +1,7 @@
 //! A window of an arm whose positions are known exactly: torques are linear in gravity and in the links' parameters.
 //!
 //! ```text
-//!     τ̄ = (Y_0 + Σ_a g_a Y_a) π,      Y_0 = Σ_t h(t) Y(θ, θ̇, θ̈; 0),   Y_a = Σ_t h(t) [Y(θ, θ̇, θ̈; e_a) − Y(θ, θ̇, θ̈; 0)]
+//!     τ̄ = (Y_0 + Σ_a g_a Y_a) π,      Y_0 = Σ_t h(t) Y(θ, θ̇, θ̈; 0),   Y_a = Σ_t h(t) ∂Y(θ, θ̇, θ̈; g)/∂g_a
 //! ```
 //!
 //! `Y_a` has columns of masses and first moments only. All four are computed once, of as many moments at once as the processor has lanes.
@@ -20,10 +20,17 @@ use super::moments::{Moments, Moving, add_lanes, weights};
 /// Mean regressors of a window.
 #[derive(Clone, Debug)]
 pub(super) struct Regressors {
-    /// n × 10 l.
-    without_gravity: Vec<f64>,
-    /// For each axis n × 4 l.
-    by_gravity: [Vec<f64>; GRAVITY],
+    /// n × l.
+    entries: Vec<Entries>,
+}
+
+/// Those of a joint's torque by the parameters of one link.
+#[derive(Clone, Debug)]
+struct Entries {
+    /// Of `Y_0`.
+    without_gravity: [f64; BODY],
+    /// Of `Y_a`, for each axis.
+    by_gravity: [[f64; INERTIA]; GRAVITY],
 }
 
 /// Those of a course that are kept with it, and of which chain and positions they are.
@@ -57,27 +64,21 @@ where
     let mut without_gravity = zeros(n * BODY * links);
     let mut by_gravity = [(); GRAVITY].map(|()| zeros(n * INERTIA * links));
     let mut moving = Moving::new(n);
-    let mut alone = zeros(n * BODY * links);
     for moments in course.samples.chunks(A::Stored::COUNT) {
         moving.set(moments, positions.iter().copied());
-        let (motion, weight) = (moving.of_joints(), on.load(weights(moments)));
-        chain.inverse_dynamics_regressor(on, motion, [0.0; 3], &mut dynamics);
-        alone.copy_from_slice(&dynamics.by_parameters);
-        add_lanes(on, &mut without_gravity, weight, &alone);
-        for (axis, by_axis) in by_gravity.iter_mut().enumerate() {
-            let mut unit = [0.0; GRAVITY];
-            unit[axis] = 1.0;
-            chain.inverse_dynamics_regressor(on, motion, unit, &mut dynamics);
-            let bodies = dynamics.by_parameters.as_chunks::<BODY>().0.iter().zip(alone.as_chunks::<BODY>().0);
-            for (sum, (with, without)) in by_axis.as_chunks_mut::<INERTIA>().0.iter_mut().zip(bodies) {
-                for ((sum, with), without) in sum.iter_mut().zip(with).zip(without) {
-                    *sum = on.store(on.load(*sum) + weight * (on.load(*with) - on.load(*without)));
-                }
-            }
-        }
+        let weight = on.load(weights(moments));
+        chain.affine_regressor(on, moving.of_joints(), &mut dynamics);
+        add_lanes(on, &mut without_gravity, weight, &dynamics.by_parameters);
+        let by_axes = dynamics.regressor_by_gravity.chunks_exact((n * INERTIA * links).max(1));
+        by_gravity.iter_mut().zip(by_axes).for_each(|(sum, own)| add_lanes(on, sum, weight, own));
     }
-    let total = |sums: Vec<A::Stored>| sums.into_iter().map(Moments::sum).collect();
-    Regressors { without_gravity: total(without_gravity), by_gravity: by_gravity.map(total) }
+    let without_gravity = without_gravity.as_chunks::<BODY>().0;
+    let by_gravity = by_gravity.each_ref().map(|by_axis| by_axis.as_chunks::<INERTIA>().0);
+    let of_place = |place: usize| Entries {
+        without_gravity: without_gravity[place].map(Moments::sum),
+        by_gravity: by_gravity.map(|by_axis| by_axis[place].map(Moments::sum)),
+    };
+    Regressors { entries: (0..n * links).map(of_place).collect() }
 }
 
 impl Regressors {
@@ -99,24 +100,22 @@ impl Regressors {
     /// torque can feel, beyond which all is zero.
     pub fn evaluate(&self, gravity: [f64; 3], parameters: &[f64], felt: &[Range<usize>], mean: &mut Means) {
         let (bodies, _) = parameters.as_chunks::<BODY>();
-        let (alone, _) = self.without_gravity.as_chunks::<BODY>();
-        let by_gravity = [0, 1, 2].map(|axis| self.by_gravity[axis].as_chunks::<INERTIA>().0);
         let (by_parameters, _) = mean.by_parameters.as_chunks_mut::<BODY>();
+        let by_gravity = mean.by_gravity.as_chunks_mut::<GRAVITY>().0;
         for (joint, felt) in felt.iter().enumerate() {
+            let places = joint * bodies.len() + felt.start..joint * bodies.len() + felt.end;
+            let links = self.entries[places.clone()].iter().zip(&bodies[felt.clone()]);
             let (mut torque, mut by_axes) = (0.0, [0.0; GRAVITY]);
-            for link in felt.clone() {
-                let (place, body) = (joint * bodies.len() + link, &bodies[link]);
-                let mut by_body = alone[place];
-                for ((by_axis, by_gravity), gravity) in by_axes.iter_mut().zip(by_gravity).zip(gravity) {
-                    let entries = &by_gravity[place];
-                    *by_axis += entries.iter().zip(body).map(|(entry, parameter)| entry * parameter).sum::<f64>();
-                    add(&mut by_body[..INERTIA], gravity, entries);
+            for ((entries, body), by_body) in links.zip(&mut by_parameters[places]) {
+                *by_body = entries.without_gravity;
+                for ((by_axis, own), component) in by_axes.iter_mut().zip(&entries.by_gravity).zip(gravity) {
+                    *by_axis += own.iter().zip(body).map(|(entry, parameter)| entry * parameter).sum::<f64>();
+                    add(&mut by_body[..INERTIA], component, own);
                 }
                 torque += by_body.iter().zip(body).map(|(entry, parameter)| entry * parameter).sum::<f64>();
-                by_parameters[place] = by_body;
             }
             mean.torque[joint] = torque;
-            mean.by_gravity[GRAVITY * joint..GRAVITY * (joint + 1)].copy_from_slice(&by_axes);
+            by_gravity[joint] = by_axes;
         }
     }
 }

@@ -89,8 +89,8 @@ impl Reader<'_> {
             return Err(self.document.error(&Field::new("recording").key("motion"), message));
         }
         if self.true_tensors().is_none() {
-            let message =
-                "the robot's file states no inertia tensors of its links, and motion needs them: name a URDF that does";
+            let message = "the robot's file states no inertia tensors of its links, and motion needs them: give inertia_kg_m2 of \
+                           each joint in robot.toml, or name a URDF that states them";
             return Err(self.document.error(&Field::new("recording").key("motion"), message));
         }
         let period = self.document.positive(&field("period_s"), table.period_s, "a period", "s")?;
