@@ -7,6 +7,8 @@ pub struct Arm {
     /// What `robot` is in a simulation.
     pub robot: String,
     pub joints: Vec<String>,
+    /// The file of its masses, where that is a URDF.
+    pub urdf: Option<PathBuf>,
     /// The link that carries loads.
     pub tip: &'static str,
     /// The load, kg.
@@ -16,7 +18,22 @@ pub struct Arm {
 /// File, base, tip, load in kg and names of the joints.
 type Urdf = (&'static str, &'static str, &'static str, f64, &'static [&'static str]);
 
-const URDFS: [Urdf; 2] = [
+const URDFS: [Urdf; 3] = [
+    (
+        "iiwa14_no_collision_drake.urdf",
+        "base",
+        "iiwa_link_7",
+        5.0,
+        &[
+            "iiwa_joint_1",
+            "iiwa_joint_2",
+            "iiwa_joint_3",
+            "iiwa_joint_4",
+            "iiwa_joint_5",
+            "iiwa_joint_6",
+            "iiwa_joint_7",
+        ],
+    ),
     (
         "ur10e_ros-industrial.urdf",
         "base_link_inertia",
@@ -40,13 +57,14 @@ const URDFS: [Urdf; 2] = [
     ),
 ];
 
-/// All of them; sessions take them in turn.
-pub fn arms() -> Vec<Arm> {
+/// All of them; sessions take them in turn. `in_motion`: those whose inertia tensors are known alone, else the project's own for the first.
+pub fn arms(in_motion: bool) -> Vec<Arm> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let own = here.join("../models/kuka-lbr-iiwa14/robot.toml");
     let own = Arm {
         robot: format!("{:?}", own.to_string_lossy()),
         joints: (1..=7).map(|joint| format!("joint{joint}")).collect(),
+        urdf: None,
         tip: "link7",
         load: 5.0,
     };
@@ -54,9 +72,12 @@ pub fn arms() -> Vec<Arm> {
     let there = URDFS.iter().map(|urdf| (shared.join("urdf").join(urdf.0), urdf)).filter(|(path, _)| path.is_file());
     let of_urdf = |(path, (_, base, tip, load, joints)): (PathBuf, &Urdf)| Arm {
         robot: format!("{{ urdf = {:?}, base = {base:?}, tip = {tip:?} }}", path.to_string_lossy()),
+        urdf: Some(path),
         joints: joints.iter().map(ToString::to_string).collect(),
         tip,
         load: *load,
     };
-    std::iter::once(own).chain(there.map(of_urdf)).collect()
+    let first = (!in_motion).then_some(own);
+    let others = there.map(of_urdf).skip(usize::from(!in_motion));
+    first.into_iter().chain(others).collect()
 }

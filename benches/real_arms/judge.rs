@@ -11,7 +11,8 @@ use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::arms::arms;
-use crate::line::{Line, Setting};
+use crate::line::{Line, Setting, Source};
+use crate::spoilt::{misjudge_masses, tabulate};
 
 /// An estimated number beside the truth.
 pub struct Reported {
@@ -38,8 +39,9 @@ pub struct Judged {
 /// Where files cannot be written, or the simulation is refused.
 pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Option<&str>) -> Result<Judged, String> {
     let said = |error: &dyn std::fmt::Display| error.to_string();
-    let all = arms();
-    let arm = &all[usize::try_from(number % all.len() as u64).unwrap_or(0)];
+    let all = arms(setting.from == Source::Sweeps);
+    let arm = usize::try_from(number % all.len().max(1) as u64).ok().and_then(|place| all.get(place));
+    let arm = arm.ok_or("no arm is there: name the folder of URDFs in GRAVCAL_SHARED_DATA")?;
     fs::create_dir_all(folder).map_err(|error| said(&error))?;
     let path = folder.join("simulation.toml");
     fs::write(&path, setting.simulation(arm, seed, number)).map_err(|error| said(&error))?;
@@ -47,6 +49,11 @@ pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Op
     let files = write_session(&simulation, 0, folder, true).map_err(|error| said(&error))?;
     let text = fs::read_to_string(&files[0]).map_err(|error| said(&error))?;
     fs::write(&files[0], setting.spoil(text, arm)?).map_err(|error| said(&error))?;
+    match (setting.from, &arm.urdf) {
+        (Source::Sweeps, Some(urdf)) => misjudge_masses(&files[0], urdf, seed ^ number.rotate_left(32))?,
+        (Source::Table, _) => tabulate(&files[0])?,
+        _ => {}
+    }
     Ok(match calibrated(&files[0]) {
         Ok(result) => Judged {
             exit: match result.verdict {

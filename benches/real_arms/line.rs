@@ -13,6 +13,14 @@ const POSITION: f64 = 1e-5;
 /// Samples of a dwell: 1.5 s at 200 Hz.
 const DWELL: usize = 300;
 
+/// Postures in which each joint sweeps, how far, rad, and how far from the middle it and others may stand.
+const POSTURES: usize = 3;
+const REACH: f64 = 0.9;
+const MIDDLE: f64 = 0.6;
+const HELD: f64 = 1.5;
+/// Width of the bins of sweeps: 100 samples at 4° a second, and the curvature of a torque over them changes it by a 20,000th.
+const BIN_DEG: f64 = 2.0;
+
 /// Kinds of recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Line {
@@ -48,10 +56,24 @@ pub enum Line {
     Label,
 }
 
+/// Where poses come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Source {
+    /// Standstills of a recording
+    Standstills,
+    /// Slow sweeps: every joint in three postures, bare and loaded
+    Sweeps,
+    /// The means of the standstills as a table, without standard deviations
+    Table,
+}
+
 /// What is simulated.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
     pub line: Line,
+    pub from: Source,
+    /// Of slow sweeps, degrees a second.
+    pub speed: f64,
     /// Coulomb friction, N·m.
     pub friction: f64,
     poses: usize,
@@ -59,13 +81,13 @@ pub struct Setting {
 }
 
 impl Setting {
-    pub fn of(line: Line, friction: f64) -> Setting {
+    pub fn of(line: Line, friction: f64, (from, speed): (Source, f64)) -> Setting {
         let poses = match line {
             Line::Few => 9,
             Line::Pairs => 13,
             _ => 25,
         };
-        Setting { line, friction, poses, samples: if line == Line::Long { 4 * DWELL } else { DWELL } }
+        Setting { line, from, speed, friction, poses, samples: if line == Line::Long { 4 * DWELL } else { DWELL } }
     }
 
     pub fn name(&self) -> String {
@@ -76,13 +98,18 @@ impl Setting {
     /// `simulation.toml` of one session.
     pub fn simulation(&self, arm: &Arm, seed: u64, number: u64) -> String {
         let mut random = Pcg64::new(u128::from(seed), u128::from(number));
-        let mut normal = |std: f64| std * random.sample::<f64, _>(StandardNormal);
+        let normal = |random: &mut Pcg64, std: f64| std * random.sample::<f64, _>(StandardNormal);
         let root = (self.samples as f64).sqrt();
-        let (torque, position) = (TORQUE / root, POSITION / root);
+        let torque = TORQUE / root;
+        // Positions of a bin are means of so many samples that their noise says nothing, and a session that states it has an unknown for each.
+        let position = match self.from {
+            Source::Sweeps => String::new(),
+            _ => format!("std = {}\n", POSITION / root),
+        };
         let mut text = format!(
             "robot = {}\nseed = {}\n[gravity]\ndirection = [0.3, 0.2, -0.9]\nhemisphere = [0.3, 0.2, -0.9]\nmagnitude_m_per_s2 = 9.80665\n\
              [torque]\nunit = \"N·m\"\nstd = {torque}\nconverter = {{ bits = 17, range = [-327.68, 327.68] }}\n\
-             [position]\nunit = \"rad\"\nstd = {position}\n",
+             [position]\nunit = \"rad\"\n{position}",
             arm.robot,
             Pcg64::seed_from_u64(seed ^ number.rotate_left(32)).random::<u32>()
         );
@@ -91,8 +118,9 @@ impl Setting {
             text += "[deflection]\ncompliance_rad_per_newton_metre = 1e-4\n";
         }
         for (index, joint) in arm.joints.iter().enumerate() {
-            let [gain, bias] = [1.0 + normal(0.03), normal(0.3)];
-            let [scale, offset] = [1.0 + normal(0.003), if index == 0 { 0.0 } else { normal(0.01) }];
+            let [gain, bias] = [1.0 + normal(&mut random, 0.03), normal(&mut random, 0.3)];
+            let [scale, offset] =
+                [1.0 + normal(&mut random, 0.003), if index == 0 { 0.0 } else { normal(&mut random, 0.01) }];
             text += &format!(
                 "[[joint]]\nname = {joint:?}\ntorque_sensor = {{ gain = {{ value = {gain}, unit = \"N·m/(N·m)\" }}, bias = {{ value = {bias}, unit = \"N·m\" }} }}\n\
                  position_sensor = {{ gain = {{ value = {scale}, unit = \"rad/rad\" }}, offset = {{ value = {offset}, unit = \"rad\" }} }}\n"
@@ -101,19 +129,27 @@ impl Setting {
         }
         text += &format!(
             "[[load]]\nname = \"weight\"\nmass_kg = {}\nlink = {:?}\nposition_m = [0.05, 0.04, 0.08]\n\
-             [[random]]\nfile = \"bare.csv\"\nposes = {poses}\n[[random]]\nfile = \"loaded.csv\"\nposes = {poses}\nload = \"weight\"\n",
-            arm.load,
-            arm.tip,
-            poses = self.poses
+",
+            arm.load, arm.tip
         );
-        text
+        text + &if self.from == Source::Sweeps { sweeps(arm, &mut random) } else { self.random_poses() }
+    }
+
+    fn random_poses(&self) -> String {
+        let table =
+            |name: &str, load: &str| format!("[[random]]\nfile = \"{name}.csv\"\nposes = {}\n{load}", self.poses);
+        table("bare", "") + &table("loaded", "load = \"weight\"\n")
     }
 
     fn recording(&self) -> String {
+        let move_s = if self.from == Source::Sweeps { 0.3 } else { 1.5 };
         let mut text = format!(
-            "[recording]\nrate_hz = 200\nsamples = {}\nmove_s = 1.5\nsettling_s = 0.3\nvibration = 5\nsettling_time_constant_s = 0.05\n",
+            "[recording]\nrate_hz = 200\nsamples = {}\nmove_s = {move_s}\nsettling_s = 0.3\nvibration = 5\nsettling_time_constant_s = 0.05\n",
             self.samples
         );
+        if self.from == Source::Sweeps {
+            text += &format!("sweep_deg_per_s = {}\n", self.speed);
+        }
         match self.line {
             Line::OneWay => text += "approach = \"one-way\"\n",
             Line::Pairs => text += "approach = \"both-ways\"\n",
@@ -151,6 +187,7 @@ impl Setting {
             true => Ok(text.replacen(from, to, 1)),
             false => Err(format!("`{from}` is not in the session")),
         };
+        let session = session.replacen("[readings.sweeps]\n", &format!("[readings.sweeps]\nbin_deg = {BIN_DEG}\n"), 1);
         let columns = [1, 2].map(|joint: usize| format!("\"{}.effort\"", arm.joints[joint]));
         match self.line {
             Line::Swapped => {
@@ -164,4 +201,26 @@ impl Setting {
             _ => Ok(session),
         }
     }
+}
+
+/// Every joint sweeps in each posture, bare and loaded, while the others stand anywhere.
+fn sweeps(arm: &Arm, random: &mut Pcg64) -> String {
+    let mut text = String::new();
+    for posture in 0..POSTURES {
+        for joint in &arm.joints {
+            for (name, load) in [("bare", ""), ("loaded", "load = \"weight\"\n")] {
+                let middle: f64 = random.random_range(-MIDDLE..MIDDLE);
+                let [from, to] = [middle - REACH, middle + REACH].map(f64::to_degrees);
+                let others = arm.joints.iter().filter(|other| *other != joint);
+                let held: Vec<String> =
+                    others.map(|other| format!("{other:?} = {}", random.random_range(-HELD..HELD))).collect();
+                text += &format!(
+                    "[[sweep]]\nfile = \"{name}-{posture}-{joint}.csv\"\njoint = {joint:?}\nrange_deg = [{from}, {to}]\nposes = 10\n\
+                     held_rad = {{ {} }}\n{load}",
+                    held.join(", ")
+                );
+            }
+        }
+    }
+    text
 }

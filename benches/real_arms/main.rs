@@ -10,6 +10,7 @@
 mod arms;
 mod judge;
 mod line;
+mod spoilt;
 mod tally;
 
 use std::path::PathBuf;
@@ -21,7 +22,7 @@ use gravcal_benches::program::{ended, progress};
 use rayon::ThreadPoolBuilder;
 
 use judge::{Judged, judge};
-use line::{Line, Setting};
+use line::{Line, Setting, Source};
 use tally::{heading, row};
 
 /// The program's own.
@@ -37,6 +38,12 @@ struct Arguments {
     /// Coulomb friction of every joint, N·m; may be given several times.
     #[arg(long, default_values = ["0.1"], value_parser = not_negative)]
     friction_nm: Vec<f64>,
+    /// Where poses come from.
+    #[arg(long = "poses", value_enum, default_value_t = Source::Standstills)]
+    from: Source,
+    /// Speed of slow sweeps, degrees a second.
+    #[arg(long, default_value_t = 4.0)]
+    speed_deg_per_s: f64,
     /// How many sessions a line.
     #[arg(long, default_value_t = 200)]
     sessions: u64,
@@ -70,7 +77,8 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     println!("{}", heading());
     for line in &arguments.lines {
         for friction in &arguments.friction_nm {
-            let judged = sessions(arguments, Setting::of(*line, *friction))?;
+            let judged =
+                sessions(arguments, Setting::of(*line, *friction, (arguments.from, arguments.speed_deg_per_s)))?;
             println!("{}", row(*line, *friction, &judged));
         }
     }

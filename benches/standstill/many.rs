@@ -85,6 +85,7 @@ fn varied(simulation: &Simulation, trial: u64, kind: usize) -> Simulation {
         friction: None,
         walk: Vec::new(),
         harmonic: None,
+        sweeping: None,
         dirt: if kind == 3 { Dirt { outliers: 0.01, dropped: 0.05, touched: 0 } } else { Dirt::default() },
     });
     varied

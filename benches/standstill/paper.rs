@@ -29,6 +29,7 @@ pub(crate) fn motion() -> Motion {
         friction: None,
         walk: Vec::new(),
         harmonic: None,
+        sweeping: None,
         dirt: Dirt::default(),
     }
 }

@@ -193,6 +193,7 @@ mod single_poses;
 mod solver;
 mod still;
 mod sweeps;
+mod swept_speed;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
@@ -564,7 +565,8 @@ impl Declared {
         let (document, loads) = (context.document, &self.loads);
         let mut read = if self.motion.is_any() {
             let (apart, frictional) = (self.terms.need_direction(), self.terms.with_friction());
-            let recordings = Recordings { document, memory, written, loads, apart, frictional, watch };
+            let (chain, joints) = (&context.robot.chain, &self.joints[..]);
+            let recordings = Recordings { document, memory, written, chain, joints, loads, apart, frictional, watch };
             recordings.read(tables, &self.mapping, &self.motion)?
         } else {
             poses::read_all(document, memory, written, tables, &self.mapping)?

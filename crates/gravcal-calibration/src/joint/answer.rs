@@ -11,7 +11,7 @@ use super::report::report_parameters;
 use super::solve::solve;
 use super::solved::Solved;
 use super::variables::State;
-use crate::judgement::{Asked, Judgement, residual_tests};
+use crate::judgement::{Asked, Judgement, ResidualTests, residual_tests};
 use crate::result::{GravityResult, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict};
 
 /// The solution, judged.
@@ -65,10 +65,13 @@ impl Answer {
         if solved.freedom_of_noise(session).is_some() {
             judgement.leave_unsaid(session.parameters().into_iter().map(Asked::from).chain([Asked::Gravity]));
         }
+        // What readings determine they determine; a term that the model lacks widens its interval.
+        let ResidualTests { tests, moved } = residual_tests(session, &solved, &reported)?;
+        let solved = solved.widened_by(&moved);
         Ok(Answer {
             gravity: judgement.determines(Asked::Gravity).then(|| solved.gravity(session)),
             parameters: report_parameters(session, &solved, &judgement),
-            residual_tests: residual_tests(session, &solved, &reported)?,
+            residual_tests: tests,
             uncertainty: reported,
             judgement,
             misfit,

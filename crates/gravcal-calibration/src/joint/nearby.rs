@@ -126,6 +126,20 @@ impl Solved {
         Ok((growth < AS_LIKELY).then_some(there.values))
     }
 
+    /// The same with each standard deviation `σ` as `√(σ² + Σ Δ²)`: by each `Δ` something that the model lacks moves the column.
+    pub(super) fn widened_by(self, moved: &[Vec<f64>]) -> Solved {
+        if moved.is_empty() {
+            return self;
+        }
+        let factor = |column: usize| {
+            let square: f64 = moved.iter().map(|moved| moved[column] * moved[column]).sum();
+            let std = self.covariance().std(column);
+            if std > 0.0 { (1.0 + square / (std * std)).sqrt() } else { 1.0 }
+        };
+        let factors: Vec<f64> = (0..self.judged_problem().columns().len()).map(factor).collect();
+        Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
+    }
+
     /// The same with no standard deviation less than its share of one nearby.
     pub(super) fn widened(self, session: &Session) -> Solved {
         let known = self.analysis.covariance();

@@ -9,7 +9,8 @@
 //! 4. Many runs together say how noisy means are, by how long they are ([`mean_noise`]).
 //! 5. Each run is judged ([`judge`], by [`series`] of means): its beginning is cut off while it settles, its end where the next motion begins; it is
 //!    rejected, with the reason, where it moves, creeps or was touched.
-//! 6. All standstills together say how many independent samples each mean is worth ([`autocorrelation`], [`converter`]).
+//! 6. Where joints turn round the arm stands for a moment: what is much shorter than the others is left out ([`standstill`]).
+//! 7. All standstills together say how many independent samples each mean is worth ([`autocorrelation`], [`converter`]).
 //!
 //! Standard errors hold noise with its autocorrelation, what a converter's step leaves of its error where noise does not smooth
 //! it, and a drift that may be one. They do not hold what is the same during a standstill: friction, deflection, hysteresis. Noise
@@ -43,7 +44,8 @@ pub use standstill::{Spread, Standstill};
 /// What a standstill is, beyond what the recording says itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stillness {
-    /// Shortest standstill, s; a tenth of a second without it, and never less than a few dozen samples.
+    /// Shortest standstill, s, and never less than a few dozen samples. Without it a tenth of a second, and a third of the median of what is
+    /// found: where joints turn round an arm stands for a moment, and holds the friction of motion.
     pub least_duration: Option<f64>,
     /// The part of the recording that counts.
     pub part: Part,
@@ -101,7 +103,7 @@ pub fn static_poses(
     reader.check_columns()?;
     segments.finish(&mut runs);
     assessment.take(&mut runs, &reader.channels, &segments);
-    let (found, rejected) = assessment.finish(&reader.channels, &segments);
+    let (found, rejected) = assessment.finish(&reader.channels, &segments, stillness.least_duration.is_some());
     Ok(Standstills {
         found,
         rejected,

@@ -11,7 +11,7 @@ pub struct Rejected {
     pub reason: Reason,
 }
 
-/// Why an interval in which the arm seemed to stand is no pose. Each names a column.
+/// Why an interval in which the arm seemed to stand is no pose. Each names a column, where it is one that says so.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reason {
     /// It still settles when it ends.
@@ -43,6 +43,11 @@ pub enum Reason {
         /// The column.
         column: String,
     },
+    /// It is much shorter than the others.
+    Brief {
+        /// How long the others are on the median, s.
+        usual: f64,
+    },
     /// The position of a joint is not recorded.
     NoPosition {
         /// Its column.
@@ -68,6 +73,12 @@ impl fmt::Display for Reason {
                 write!(f, "`{column}` departs and comes back at {at:.2} s, as if the arm were touched")
             }
             Reason::Restless { column } => write!(f, "`{column}` is much noisier than in other standstills"),
+            Reason::Brief { usual } => {
+                write!(
+                    f,
+                    "the arm stands for a moment only, beside {usual:.2} s on the median, as where joints turn round"
+                )
+            }
             Reason::NoPosition { column } => write!(f, "`{column}` is not recorded"),
         }
     }

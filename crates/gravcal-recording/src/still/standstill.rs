@@ -10,6 +10,7 @@ use super::segments::Segments;
 use crate::conditions::Conditions;
 use crate::motion::block::Sum;
 use crate::motion::channels::Channels;
+use crate::motion::median;
 use crate::motion::rough_noise::Scales;
 use crate::pose::{Reading, StaticPose};
 
@@ -17,6 +18,11 @@ use crate::pose::{Reading, StaticPose};
 const BATCH: usize = 64;
 /// A joint that is back where it was within this time, s, was not sent away.
 const BACK: f64 = 0.5;
+/// Part of the median duration below which a standstill is a moment in which joints turn round: a move of least jerk over d rad in T s stays
+/// within x of its end for about T (x / 10 d)^(1/3), a tenth of T for a thousandth of the way.
+const BRIEF: f64 = 1.0 / 3.0;
+/// Fewest standstills that have a median.
+const LEAST_STANDSTILLS: usize = 5;
 /// Part of the samples at an end of the range from which on their mean says nothing.
 const SATURATED: f64 = 0.01;
 
@@ -111,13 +117,30 @@ impl Assessment {
         }
     }
 
-    /// Standstills with their standard errors, and what is none.
-    pub fn finish(mut self, channels: &Channels, segments: &Segments) -> (Vec<Standstill>, Vec<Rejected>) {
+    /// Standstills with their standard errors, and what is none. `brief`: whether such as are much shorter than others count.
+    pub fn finish(mut self, channels: &Channels, segments: &Segments, brief: bool) -> (Vec<Standstill>, Vec<Rejected>) {
         self.judge(channels, segments);
+        if !brief {
+            self.leave_out_brief();
+        }
         let common: Vec<Common> =
             (0..channels.tested()).map(|channel| self.common(channel, segments.scales())).collect();
         let finished = self.found.iter().map(|unfinished| unfinished.finish(channels, &common));
         (finished.collect(), self.rejected)
+    }
+
+    /// Where joints turn round the arm stands for a moment, and friction is what it is in motion.
+    fn leave_out_brief(&mut self) {
+        if self.found.len() < LEAST_STANDSTILLS {
+            return;
+        }
+        let usual = median(self.found.iter().map(Unfinished::duration).collect());
+        let (long, brief) =
+            std::mem::take(&mut self.found).into_iter().partition(|found| found.duration() >= BRIEF * usual);
+        self.found = long;
+        let rejected = |found: Unfinished| Rejected { interval: found.interval, reason: Reason::Brief { usual } };
+        self.rejected.extend(brief.into_iter().map(rejected));
+        self.rejected.sort_by(|a, b| a.interval[0].total_cmp(&b.interval[0]));
     }
 
     fn common(&self, channel: usize, scales: &Scales) -> Common {
@@ -226,6 +249,11 @@ fn variance(sum: &Sum) -> f64 {
 }
 
 impl Unfinished {
+    /// s.
+    fn duration(&self) -> f64 {
+        self.interval[1] - self.interval[0]
+    }
+
     fn finish(&self, channels: &Channels, common: &[Common]) -> Standstill {
         let spread = |channel: usize| spread(&self.tested[channel], &common[channel]);
         let said = |channel: &Option<usize>| channel.filter(|channel| self.tested[*channel].sum.count > 0.0);

@@ -422,6 +422,22 @@ fn only_the_part_that_is_asked_for_is_looked_at_and_short_standstills_may_be_lef
     assert_eq!(find(rows, &mapping(), &longer).unwrap().found.len(), 1);
 }
 
+/// Where joints turn round an arm stands for a moment, and holds the friction of motion: that is no pose, unless such are asked for.
+#[test]
+fn moments_in_which_joints_turn_round_are_left_out() {
+    let mut turning = Recording::default();
+    turning.stands.iter_mut().for_each(|stand| stand.1 = 1.2);
+    turning.stands.insert(3, ([0.45, -0.3], 0.25));
+    turning.stands.insert(6, ([0.75, 0.25], 0.25));
+    let (rows, _) = turning.rows();
+    let found = find(rows.clone(), &mapping(), &Stillness::default()).unwrap();
+    let brief = found.rejected.iter().filter(|one| matches!(one.reason, Reason::Brief { usual } if usual > 0.9));
+    assert_eq!((found.found.len(), brief.count()), (8, 2), "{:?}", found.rejected);
+    assert!(found.rejected.iter().any(|one| one.to_string().contains("for a moment only")), "{:?}", found.rejected);
+    let stated = Stillness { least_duration: Some(0.1), ..Stillness::default() };
+    assert_eq!(find(rows, &mapping(), &stated).unwrap().found.len(), 10);
+}
+
 #[test]
 fn what_is_missing_is_reported() {
     let (rows, _) = Recording::default().rows();

@@ -3,14 +3,16 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use gravcal_dynamics::Chain;
 use gravcal_recording::{
     Course, Memory, MotionWindow, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched,
     WindowRule, motion_windows, slow_sweeps, static_poses,
 };
-use gravcal_robot_model::session::{Load, Pose, PoseTable, Searched};
+use gravcal_robot_model::session::{JointPriors, Load, Pose, PoseTable, Searched};
 
 use super::context::SessionError;
 use super::poses::{ReadPoses, WrittenTables, count_time_from_first};
+use super::swept_speed::MovingArm;
 use crate::document::{Document, FileError};
 
 /// What is looked for in recordings in motion.
@@ -37,6 +39,8 @@ pub(super) struct Recordings<'a> {
     pub document: &'a Document,
     pub memory: &'a Memory,
     pub written: WrittenTables<'a>,
+    pub chain: &'a Chain,
+    pub joints: &'a [JointPriors],
     pub loads: &'a [Load],
     /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
     pub apart: bool,
@@ -70,6 +74,7 @@ impl Recordings<'_> {
                 let rejected = searched.rejected();
                 return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected }));
             }
+            self.subtract_speed(table.load, &mut searched);
             let mut poses = searched.poses(self.apart);
             for joint in &self.frictional {
                 searched.remarks.extend(leave_out_unknown_sides(&mut poses, *joint, mapping));
@@ -86,6 +91,14 @@ impl Recordings<'_> {
         }
         count_time_from_first(&mut all.poses);
         Ok(all)
+    }
+
+    /// Takes the torque that the speed of sweeps makes in standing joints from what these read.
+    fn subtract_speed(&self, load: Option<usize>, searched: &mut Searched) {
+        let Searched { sweeps: Some(sweeps), remarks, .. } = searched else { return };
+        let load = load.map(|load| &self.loads[load]);
+        let arm = MovingArm::new(self.chain, self.joints, load);
+        remarks.extend(arm.and_then(|mut arm| arm.subtract(sweeps)));
     }
 
     /// The load that a recording names, which must be the one that the session says, if it says any.

@@ -12,7 +12,7 @@ use crate::document::{Field, FileError};
 pub(super) struct StillTable {
     /// Shorter standstills are left out.
     ///
-    /// Default: 0.1.
+    /// Default: 0.1, and a third of their median.
     /// Example: `least_duration_s = 1.0`
     least_duration_s: Option<f64>,
 }

@@ -59,7 +59,7 @@ impl Trajectory {
     }
 }
 
-/// The true arm in motion, with one load or none.
+/// The true arm in motion, with one load or none. Links whose tensors the robot's file does not state are masses in their centres.
 pub(super) struct Dynamics<'s> {
     simulation: &'s Simulation,
     parameters: Vec<f64>,
@@ -81,7 +81,14 @@ impl<'s> Dynamics<'s> {
             let [mass, first_moment @ ..] = *moments;
             BodyInertia { mass, first_moment, tensor: *tensor }
         };
-        let mut bodies: Vec<BodyInertia> = truth.inertia.iter().zip(&truth.tensors).map(link).collect();
+        let point = |[mass, x, y, z]: &[f64; 4]| match *mass > 0.0 {
+            true => BodyInertia::about_center(*mass, [x / mass, y / mass, z / mass], [0.0; 6]),
+            false => BodyInertia { mass: *mass, first_moment: [*x, *y, *z], tensor: [0.0; 6] },
+        };
+        let mut bodies: Vec<BodyInertia> = match truth.tensors.is_empty() {
+            true => truth.inertia.iter().map(point).collect(),
+            false => truth.inertia.iter().zip(&truth.tensors).map(link).collect(),
+        };
         if let Some(load) = load {
             let known = &simulation.template.loads[load];
             let carried = BodyInertia::about_center(known.mass, truth.loads[load], [0.0; 6]);

@@ -21,6 +21,7 @@ mod motion;
 mod normal;
 mod recording;
 mod statics;
+mod stroke;
 mod unmodelled;
 mod write;
 mod write_conditions;

@@ -27,6 +27,8 @@ pub struct Motion {
     pub walk: Vec<f64>,
     /// Where the arm never stands: in place of each pose there is a stretch of this motion, and what is between two is not recorded.
     pub harmonic: Option<HarmonicMotion>,
+    /// Speed of sweeps that are recorded slowly, to and fro, in place of standstills, rad/s.
+    pub sweeping: Option<f64>,
     /// What makes it dirty.
     pub dirt: Dirt,
 }

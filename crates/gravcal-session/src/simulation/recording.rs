@@ -5,6 +5,8 @@
 //!   ╭─ move ─╮ settling                                  ╰─ move   of vibration in every reading, and noise
 //! ```
 //!
+//! A sweep with a speed is one joint that goes slowly to the end of its way and back ([`super::stroke`]) while the others stand.
+//!
 //! A move takes the torques that gravity and the arm's inertia need, where the robot's file states the links' inertia tensors; else those of
 //! gravity alone, and such a recording is for standstills only.
 //!
@@ -20,12 +22,13 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::draw::stands;
-use super::experiment::Simulation;
+use super::experiment::{Run, Simulation};
 use super::friction::Bristles;
 use super::harmonic::Dynamics;
 use super::motion::{HarmonicMotion, Motion};
 use super::normal::normal;
 use super::statics::{Stand, Statics};
+use super::stroke::Stroke;
 
 /// Frequency of what vibrates after a move, Hz.
 const VIBRATION: f64 = 12.0;
@@ -60,7 +63,7 @@ pub type Sink<'a, E> = dyn FnMut(usize, &[f64]) -> Result<(), E> + 'a;
 /// What a recording should lead to.
 #[derive(Clone, Debug)]
 pub struct Recorded {
-    /// The session whose poses are the means over the true standstills, before anything makes the recording dirty.
+    /// The session whose poses are the means over the true standstills, before anything makes the recording dirty; slow sweeps have none.
     pub session: Session,
     /// One for each of its poses.
     pub standstills: Vec<TrueStandstill>,
@@ -76,10 +79,13 @@ pub fn record<E>(simulation: &Simulation, motion: &Motion, trial: u64, sink: &mu
     let runs: Vec<Vec<Stand>> = simulation.runs.iter().map(|run| stands(simulation, run, &mut random)).collect();
     let poses = runs.iter().map(Vec::len).sum::<usize>() * motion.approach.sides().len();
     let mut recorder = Recorder::new(simulation, motion, random, trial, poses);
-    for (table, run) in runs.iter().enumerate() {
-        match &motion.harmonic {
-            Some(harmonic) => recorder.record_motion(table, run.len(), harmonic, sink)?,
-            None => recorder.record_table(table, run, sink)?,
+    for (table, (stands, run)) in runs.iter().zip(&simulation.runs).enumerate() {
+        match (&motion.harmonic, motion.sweeping, run) {
+            (Some(harmonic), ..) => recorder.record_motion(table, stands.len(), harmonic, sink)?,
+            (None, Some(speed), Run::Sweep { swept, .. }) => {
+                recorder.record_sweep(table, stands, *swept, speed, sink)?;
+            }
+            _ => recorder.record_table(table, stands, sink)?,
         }
     }
     Ok(Recorded { session: recorder.session, standstills: recorder.standstills })
@@ -228,6 +234,47 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
+    /// One joint goes slowly from its first pose to its last, and back.
+    fn record_sweep<E>(
+        &mut self,
+        table: usize,
+        stands: &[Stand],
+        swept: usize,
+        speed: f64,
+        sink: &mut Sink<'_, E>,
+    ) -> Result<(), E> {
+        self.dynamics = Some(Dynamics::new(self.simulation, self.simulation.template.tables[table].load));
+        let ends = [&stands[0], &stands[stands.len() - 1]];
+        let gain = self.position_gain(swept);
+        self.appear(ends[0]);
+        // It stands before it sets out, and where it turns.
+        let pause = (self.motion.settling * self.motion.rate).round() as u64 + 1;
+        for [from, to] in [ends, [ends[1], ends[0]]] {
+            for _ in 0..pause {
+                let readings = self.readings(table, from);
+                self.row(table, &Still { readings, since: f64::MAX }, None, sink)?;
+            }
+            self.turn(from, to);
+            let stroke = Stroke::new(gain * (to.position[swept] - from.position[swept]), speed, self.motion.moving);
+            let steps = (stroke.duration() * self.motion.rate).floor() as u64;
+            for step in 1..=steps {
+                let [far, velocity, acceleration] = stroke.at(step as f64 / self.motion.rate);
+                let mut at = from.clone();
+                at.position[swept] += far / gain;
+                let rates = [velocity, acceleration].map(|rate| {
+                    let mut rates = vec![0.0; at.position.len()];
+                    rates[swept] = rate;
+                    rates
+                });
+                let readings = self.readings_in_motion(table, &at, Some(&rates));
+                self.row(table, &Still { readings, since: f64::MAX }, None, sink)?;
+            }
+        }
+        self.begun = self.time() + BETWEEN;
+        self.sample = 0;
+        Ok(())
+    }
+
     /// One move.
     fn go<E>(&mut self, table: usize, [from, to]: [&Stand; 2], steps: u64, sink: &mut Sink<'_, E>) -> Result<(), E> {
         self.turn(from, to);
@@ -346,7 +393,11 @@ impl<'a> Recorder<'a> {
     /// The same of an arm that passes with these velocities and accelerations.
     fn readings_in_motion(&mut self, table: usize, stand: &Stand, rates: Option<&[Vec<f64>; 2]>) -> Vec<f64> {
         let simulation = self.simulation;
-        let conditions = self.conditions(self.time());
+        let velocity = |[velocities, _]: &[Vec<f64>; 2]| {
+            velocities.iter().enumerate().map(|(joint, speed)| speed / self.position_gain(joint)).collect()
+        };
+        let conditions =
+            Conditions { velocity: rates.map(velocity).unwrap_or_default(), ..self.conditions(self.time()) };
         let travelled = self.travelled(stand);
         let (coordinates, torque) = self.statics.of(stand, &conditions, simulation.template.tables[table].load);
         let mut torque = torque.to_vec();

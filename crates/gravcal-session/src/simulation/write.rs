@@ -9,7 +9,7 @@ use gravcal_robot_model::session::compliance::compliance_parameters;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::experiment::Simulation;
+use super::experiment::{Run, Simulation};
 use super::friction::FrictionAtRest;
 use super::write_conditions::{self, ConditionTables};
 use super::{draw, write_recording};
@@ -149,6 +149,9 @@ struct ReadingsTable {
     /// Of recordings in motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     still: Option<EmptyTable>,
+    /// Of recordings with slow sweeps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sweeps: Option<EmptyTable>,
     /// Of arms that never stand.
     #[serde(skip_serializing_if = "Option::is_none")]
     motion: Option<EmptyTable>,
@@ -225,7 +228,10 @@ fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Re
     let joints = 0..session.joints.len();
     let recorded = simulation.motion.as_ref();
     let moves = recorded.is_some_and(|motion| motion.harmonic.is_some());
-    let still = recorded.filter(|_| !moves).map(|_| EmptyTable {});
+    let slow = recorded.is_some_and(|motion| motion.sweeping.is_some());
+    let sweeps = |run: &Run| slow && matches!(run, Run::Sweep { .. });
+    let finds = |found: bool| (recorded.is_some() && !moves && found).then_some(EmptyTable {});
+    let [still, sweeps] = [finds(!simulation.runs.iter().all(sweeps)), finds(simulation.runs.iter().any(sweeps))];
     let motion = moves.then_some(EmptyTable {});
     let load_name = |load: usize| session.loads[load].name.clone();
     let table = SessionTable {
@@ -247,6 +253,7 @@ fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Re
             },
             conditions: write_conditions::tables(session, &simulation.conditions),
             still,
+            sweeps,
             motion,
         },
         joint: joint_tables(simulation, session),

@@ -57,6 +57,8 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
+    use gravcal_robot_model::session::{Pose, Session};
+
     use crate::read_session;
     use crate::simulation::{Motion, Simulation, record, write_session};
     use crate::testing::TWO_JOINTS;
@@ -251,6 +253,77 @@ load = "plate"
         assert!(notes[0].starts_with("bare.mcap: "), "{notes:?}");
         let left_out = "bare.mcap: 1 readings of `elbow.effort` are left out: it is not known from which side";
         assert!(notes.iter().any(|note| note.starts_with(left_out)), "{notes:?}");
+    }
+
+    /// A slow sweep, with noise of a mean of 100 samples.
+    const SWEEP: &str = r#"
+robot = "robot.toml"
+seed = 5
+[gravity]
+direction = [0, 1, -3]
+magnitude_m_per_s2 = 9.81
+[torque]
+unit = "N·m"
+std = 6e-3
+[position]
+unit = "rad"
+[recording]
+rate_hz = 500
+samples = 100
+move_s = 0.4
+sweep_deg_per_s = 10
+[[sweep]]
+file = "shoulder.csv"
+joint = "shoulder"
+range_deg = [-40, 40]
+poses = 2
+held_deg = { elbow = 40 }
+"#;
+
+    /// The session of a slow sweep, and by how much what the standing elbow reads differs from what gravity makes it read.
+    fn swept(folder: &Path, text: &str) -> (Session, Vec<f64>) {
+        fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();
+        fs::write(folder.join("simulation.toml"), text).unwrap();
+        let simulation = Simulation::read(&folder.join("simulation.toml")).unwrap();
+        let session = read_session(&write_session(&simulation, 0, folder, true).unwrap()[0]).unwrap();
+        let masses: Vec<f64> = simulation.truth.inertia.iter().flatten().copied().collect();
+        let difference = |pose: &Pose| {
+            let mut torque = [0.0; 2];
+            session.robot.chain.gravity_torque(&pose.position, simulation.truth.gravity, &masses, &mut torque);
+            Some(pose.torque[1]?.value - torque[1])
+        };
+        let differences = session.poses.iter().filter_map(difference).collect();
+        (session, differences)
+    }
+
+    /// What the speed of the shoulder makes the elbow read is the same both ways; it is subtracted, or the reading left out where
+    /// a third of it exceeds what noise leaves in the mean.
+    #[test]
+    fn a_sweep_is_recorded_slowly_and_its_speed_is_subtracted() {
+        let folder = tempfile::tempdir().unwrap();
+        let mean = |differences: &[f64]| differences.iter().sum::<f64>() / differences.len() as f64;
+        let (session, differences) = swept(folder.path(), SWEEP);
+        assert!(session.poses.len() > 60 && differences.len() == session.poses.len(), "{}", differences.len());
+        assert!(session.poses.iter().all(|pose| pose.torque[0].is_some()));
+        // What noise leaves in the mean is 7e-4.
+        assert!(mean(&differences).abs() < 2e-3, "{}", mean(&differences));
+        // Without masses nothing is subtracted; the readings are the same.
+        let robot =
+            TWO_JOINTS.lines().filter(|line| !line.starts_with("mass_kg") && !line.starts_with("center_of_mass"));
+        fs::write(folder.path().join("robot.toml"), robot.collect::<Vec<_>>().join("\n")).unwrap();
+        let bare = read_session(&folder.path().join("session.toml")).unwrap();
+        let readings =
+            |session: &Session| session.poses.iter().map(|pose| pose.torque[1].unwrap().value).collect::<Vec<_>>();
+        let made = (mean(&readings(&bare)) - mean(&readings(&session))).abs();
+        assert!((3e-4..5e-3).contains(&made), "{made}");
+        let (session, differences) = swept(folder.path(), &SWEEP.replace("std = 6e-3", "std = 6e-5"));
+        assert!(differences.len() < session.poses.len() / 4, "{} of {}", differences.len(), session.poses.len());
+        let notes = session.searched[0].notes(&session.readings).concat();
+        assert!(notes.contains("its speed makes up to 0.00"), "{notes}");
+        let refused = SWEEP.replace("sweep_deg_per_s = 10", "sweep_deg_per_s = 0");
+        fs::write(folder.path().join("simulation.toml"), refused).unwrap();
+        let refused = Simulation::read(&folder.path().join("simulation.toml")).unwrap_err().to_string();
+        assert!(refused.contains("recording.sweep_deg_per_s"), "{refused}");
     }
 
     #[test]

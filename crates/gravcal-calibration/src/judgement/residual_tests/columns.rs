@@ -1,6 +1,6 @@
 //! What the model may lack: columns of terms that are looked for in the residuals of a channel.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::EvaluateError;
@@ -126,6 +126,24 @@ impl<'a> Columns<'a> {
         }
     }
 
+    /// What moves the estimate where a term of these coefficients is missing, one entry a row of the problem, in standard deviations. A zero
+    /// that drifts was at the beginning what the bias says, as a model of the drift has it.
+    pub fn missing(&self, channel: usize, term: &Term, coefficients: &[f64]) -> Vec<f64> {
+        let columns = match term {
+            Term::Trend => vec![self.time_since(channel, |_| 0)],
+            Term::TrendInTables => vec![self.time_since(channel, |pose| self.session.poses[pose].table)],
+            _ => self.of(channel, term),
+        };
+        weighted_sum(&columns, coefficients, self.rows)
+    }
+
+    /// The same of a term that all joints have with one coefficient.
+    pub fn missing_in_each_joint(&self, term: &Term, coefficients: &[f64]) -> Vec<f64> {
+        let columns = self.of_each_joint(term);
+        let coefficient = coefficients.first().copied().unwrap_or(0.0);
+        weighted_sum(&columns, &vec![coefficient; columns.len()], self.rows)
+    }
+
     /// The columns of a term in each joint that it may be in.
     pub fn of_each_joint(&self, term: &Term) -> Vec<Vec<f64>> {
         let may_be = |joint: &usize| self.terms(*joint).contains(term) || self.terms_of_position(*joint).contains(term);
@@ -181,9 +199,19 @@ impl<'a> Columns<'a> {
         self.reading(joint, |pose| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0))
     }
 
+    /// Time (or order) since the first pose of a channel that is of the same group.
+    fn time_since(&self, channel: usize, group: impl Fn(usize) -> usize) -> Vec<f64> {
+        let mut first: BTreeMap<usize, f64> = BTreeMap::new();
+        for (_, pose) in self.poses(channel) {
+            let since = first.entry(group(pose)).or_insert(f64::INFINITY);
+            *since = since.min(self.when(pose));
+        }
+        self.reading(channel, |pose| self.when(pose) - first[&group(pose)])
+    }
+
     /// Time (or order) less its mean over the poses of a channel that are of one group.
     fn trend(&self, channel: usize, group: impl Fn(usize) -> usize) -> Vec<f64> {
-        let mut sums: std::collections::BTreeMap<usize, (f64, f64)> = std::collections::BTreeMap::new();
+        let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for (_, pose) in self.poses(channel) {
             let (sum, count) = sums.entry(group(pose)).or_default();
             *sum += self.when(pose);
@@ -211,6 +239,15 @@ impl<'a> Columns<'a> {
         let of = |table: &usize| self.reading(channel, |pose| f64::from(self.session.poses[pose].table == *table));
         tables.iter().skip(1).map(of).collect()
     }
+}
+
+/// Columns times their coefficients; `rows` zeros where there are none.
+fn weighted_sum(columns: &[Vec<f64>], coefficients: &[f64], rows: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; rows];
+    for (column, coefficient) in columns.iter().zip(coefficients) {
+        sum.iter_mut().zip(column).for_each(|(sum, entry)| *sum += coefficient * entry);
+    }
+    sum
 }
 
 /// What a step of a joint's coordinate does to the whitened residuals, by differences: the offset may be fixed, and then has no column.

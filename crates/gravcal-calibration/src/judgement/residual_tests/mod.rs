@@ -14,7 +14,9 @@
 //! these have half of the probability of naming anything, as all other tests together have.
 //!
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
-//! that are alike where their correlation is 0.2, unless standard deviations come from blocks. Less is told, and changes no verdict. The side
+//! that are alike where their correlation is 0.2, unless standard deviations come from blocks. By as much as such a term would move a number
+//! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
+//! an uncertainty. The verdict stays *partly determined*: the term belongs into the model. Less is told, and changes no verdict. The side
 //! from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
 //! fit (`joint/at_rest.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
@@ -32,8 +34,8 @@ mod score;
 mod tests;
 mod words;
 
-use gravcal_estimation::statistics::{ResidualMaker, Solution};
-use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_estimation::Loss;
+use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, moved_by};
 use gravcal_recording::file_name;
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
@@ -50,14 +52,24 @@ pub(crate) use words::in_words;
 pub(crate) const SIGNIFICANCE: f64 = 0.01;
 /// Correlation of neighbours from which intervals from noise cannot hold: they are too narrow by up to a fifth.
 const ALIKE: f64 = 0.2;
-/// More terms are not named: then the model as a whole is wrong. That neighbours are alike names no term, and may be so in every channel.
+/// More terms are not named: then the model as a whole is wrong. Terms that the fit has as unknowns are no error of it, that neighbours are alike
+/// names no term, and both may be so in every channel.
 const MOST_NAMED: usize = 8;
 /// Residuals below this share of the readings' range are those of arithmetic.
 const ROUNDING: f64 = 1e-7;
 /// Entries of the Jacobian beyond which it is not made a second time.
 const MOST_ENTRIES: usize = 100_000_000;
 
-/// Tests the residuals of a solution: what is named first, in the order in which it was found.
+/// The tests of a solution's residuals.
+#[derive(Debug, Default)]
+pub(crate) struct ResidualTests {
+    /// What is named first, in the order in which it was found.
+    pub tests: Vec<ResidualTest>,
+    /// By how much each column of the problem that is judged would be another with each of the terms that are named and spoil intervals.
+    pub moved: Vec<Vec<f64>>,
+}
+
+/// Tests the residuals of a solution.
 ///
 /// # Errors
 /// Where a residual cannot be evaluated.
@@ -65,7 +77,7 @@ pub(crate) fn residual_tests(
     session: &Session,
     solved: &Solved,
     uncertainty: &UncertaintyResult,
-) -> Result<Vec<ResidualTest>, EvaluateError> {
+) -> Result<ResidualTests, StatisticsError> {
     let problem = solved.judged_problem();
     let tested = solved.estimate.termination.converged()
         && solved.built.loss == Loss::None
@@ -73,7 +85,7 @@ pub(crate) fn residual_tests(
         && problem.rows() > solved.analysis.rank()
         && problem.rows().saturating_mul(problem.columns().len()) < MOST_ENTRIES;
     if !tested {
-        return Ok(Vec::new());
+        return Ok(ResidualTests::default());
     }
     let solution = Solution { problem, values: &solved.estimate.values, analysis: &solved.analysis };
     let maker = ResidualMaker::new(&solution)?;
@@ -81,7 +93,8 @@ pub(crate) fn residual_tests(
     let rows = Rows::new(session, solved, &maker);
     let session_of_tests =
         Tests { session, solved, columns, robust: !matches!(uncertainty, UncertaintyResult::Noise { .. }) };
-    Ok(session_of_tests.all(maker, rows))
+    let (tests, missing) = session_of_tests.all(maker, rows);
+    Ok(ResidualTests { tests, moved: moved_by(&solution, &missing)? })
 }
 
 /// A test with what would take its term into the model.
@@ -90,6 +103,8 @@ struct Tested {
     candidate: Candidate,
     gain: f64,
     terms: Vec<Vec<f64>>,
+    /// Of each column of the term.
+    coefficients: Vec<f64>,
 }
 
 /// What is looked for, and where.
@@ -110,8 +125,10 @@ struct Tests<'a> {
 }
 
 impl Tests<'_> {
-    fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> Vec<ResidualTest> {
+    /// All of them, and what the model is missing that spoils intervals: one entry a row of the problem, in standard deviations.
+    fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
         let mut named: Vec<ResidualTest> = Vec::new();
+        let (mut missing, mut lacking) = (Vec::new(), 0);
         let mut neighbours: Vec<Option<Neighbours>> =
             (0..rows.channels()).map(|channel| Neighbours::of(&maker, &rows, channel)).collect();
         let mut found = self.tested(&maker, &rows, &neighbours, &self.candidates(&maker, &rows));
@@ -120,17 +137,21 @@ impl Tests<'_> {
             let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
             found.sort_by(|a, b| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
             correct(&mut found, named.last().map_or(0.0, |last| last.corrected_p_value));
-            let terms = named.iter().filter(|test| test.kind != ResidualTestKind::Neighbours).count();
             let tells = found.first().is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
-            if !tells || terms == MOST_NAMED {
+            if !tells || lacking == MOST_NAMED {
                 named.extend(found.into_iter().map(|tested| tested.test));
-                return named;
+                return (named, missing);
             }
             let first = found.remove(0);
             found.retain(|other| !first.candidate.covers(&other.candidate));
-            named.push(self.judged(&first.candidate, first.test));
+            let judged = self.judged(&first.candidate, first.test);
+            if judged.spoils_intervals {
+                missing.extend(self.missing(&first.candidate, &first.coefficients));
+            }
+            named.push(judged);
             // With a term in the model, what it leaves is another.
             if !first.terms.is_empty() {
+                lacking += 1;
                 for term in &first.terms {
                     for (channel, known) in neighbours.iter_mut().enumerate() {
                         *known = known.take().and_then(|known| known.with(&maker, &rows, channel, term));
@@ -141,6 +162,15 @@ impl Tests<'_> {
                 let candidates: Vec<Candidate> = found.into_iter().map(|tested| tested.candidate).collect();
                 found = self.tested(&maker, &rows, &neighbours, &candidates);
             }
+        }
+    }
+
+    /// What a model without this term does not say of the readings; nothing of neighbours that are alike, which are no term.
+    fn missing(&self, candidate: &Candidate, coefficients: &[f64]) -> Option<Vec<f64>> {
+        match candidate {
+            Candidate::Neighbours(_) => None,
+            Candidate::Term(channel, term) => Some(self.columns.missing(*channel, term, coefficients)),
+            Candidate::Together(term) => Some(self.columns.missing_in_each_joint(term, coefficients)),
         }
     }
 
@@ -223,7 +253,13 @@ impl Tests<'_> {
                     named: false,
                     spoils_intervals: false,
                 };
-                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, terms: Vec::new() })
+                Some(Tested {
+                    test,
+                    candidate: candidate.clone(),
+                    gain: 0.0,
+                    terms: Vec::new(),
+                    coefficients: Vec::new(),
+                })
             }
             Candidate::Together(term) => {
                 let each = self.columns.of_each_joint(term);
@@ -289,7 +325,7 @@ impl Tests<'_> {
             named: false,
             spoils_intervals: false,
         };
-        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms }
+        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms, coefficients }
     }
 
     fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {

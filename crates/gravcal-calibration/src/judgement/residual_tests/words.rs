@@ -9,6 +9,10 @@ use super::delayed::{cut_off, half_square};
 use super::score::MATTERS;
 use crate::result::{ResidualTest, ResidualTestKind};
 
+/// What becomes of intervals where a term spoils them.
+const WIDENED: &str =
+    "Intervals are widened by as much as it moves each number, and are in doubt as long as the model lacks it.";
+
 /// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
     let of_kind = |kind: &ResidualTestKind| -> Vec<&ResidualTest> {
@@ -69,7 +73,7 @@ fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
     let unit = &tests.first()?.unit;
     let (consequence, cure) = match tests.iter().any(|test| test.spoils_intervals) {
         true => (
-            "Intervals cannot hold.",
+            WIDENED,
             "Estimate it (sensor_models = [{ kind = \"coulomb-friction\" }] in the joint's [[joint]]), and come to each pose from both sides.",
         ),
         false => ("Intervals allow for it.", "To halve it, come to each pose from both sides."),
@@ -131,7 +135,7 @@ fn of_recorder(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
         }
     };
     let consequence = match tests.iter().any(|test| test.spoils_intervals) {
-        true => "Intervals cannot hold.",
+        true => WIDENED,
         false => "It is real but small beside the noise, and changes no verdict.",
     };
     Some(format!("{what} ({}, all tests counted.) {consequence} {cure}", chance(p)))
@@ -158,7 +162,7 @@ fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     let spoilt = tests.iter().any(|test| test.spoils_intervals);
     let in_fit = !spoilt && tests.iter().any(|test| test.in_noise >= MATTERS);
     let consequence = match in_fit {
-        _ if spoilt => "Intervals cannot hold.",
+        _ if spoilt => WIDENED,
         true => "It is an unknown of the estimate, and intervals allow for it.",
         false => "It is real but small beside the noise, and changes no verdict.",
     };
@@ -213,7 +217,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
     };
     let consequence = match test.spoils_intervals {
-        true => "Intervals cannot hold.",
+        true => WIDENED,
         false => "It is real but small beside the noise, and changes no verdict.",
     };
     let p = chance(*corrected_p_value);

@@ -1,7 +1,9 @@
 //! `[recording]`: the tables are recordings in motion.
 
+use gravcal_dynamics::JointKind;
+
 use super::reader::Reader;
-use super::tables::{FrictionTable, HarmonicTable, RecordingTable};
+use super::tables::{FrictionTable, HarmonicTable, RecordingTable, SweepTable};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::simulation::{Approach, Dirt, FrictionAtRest, HarmonicMotion, Motion};
 
@@ -52,6 +54,7 @@ impl Reader<'_> {
             friction: table.friction.as_ref().map(|friction| self.friction(friction)).transpose()?,
             walk: self.walk(table)?,
             harmonic: table.motion.as_ref().map(|motion| self.harmonic(motion)).transpose()?,
+            sweeping: self.sweeping(table)?,
             dirt: Dirt {
                 outliers: share("outliers", table.outliers)?,
                 dropped: share("dropped", table.dropped)?,
@@ -76,6 +79,22 @@ impl Reader<'_> {
                 Err(self.document.error(&Field::new("recording").key("approach"), message))
             }
         }
+    }
+
+    /// Speed of slow sweeps, rad/s.
+    fn sweeping(&self, table: &RecordingTable) -> Result<Option<f64>, FileError> {
+        let field = Field::new("recording").key("sweep_deg_per_s");
+        let Some(speed) = table.sweep_deg_per_s else { return Ok(None) };
+        let slides = |sweep: &SweepTable| {
+            let joint = self.robot.chain.joints().iter().find(|joint| joint.name == sweep.joint);
+            joint.is_some_and(|joint| joint.kind == JointKind::Prismatic)
+        };
+        if let Some(sweep) = self.table.sweep.iter().find(|sweep| slides(sweep)) {
+            return Err(self
+                .document
+                .error(&field, format!("{} slides, and only joints that turn sweep", sweep.joint)));
+        }
+        self.document.positive(&field, speed, "a speed", "deg/s").map(|speed| Some(speed.to_radians()))
     }
 
     fn harmonic(&self, table: &HarmonicTable) -> Result<HarmonicMotion, FileError> {
@@ -132,6 +151,14 @@ impl Reader<'_> {
         self.not_negative(&field, &walk).map(|()| walk)
     }
 
+    /// Samples of all slow sweeps.
+    fn samples_of_sweeps(&self, motion: &Motion) -> f64 {
+        let Some(speed) = motion.sweeping else { return 0.0 };
+        let range = |sweep: &SweepTable| (sweep.range_deg[1] - sweep.range_deg[0]).abs().to_radians();
+        let strokes = self.table.sweep.iter().map(|sweep| 2.0 * (range(sweep) / speed + 2.0 * motion.moving));
+        motion.rate * strokes.sum::<f64>()
+    }
+
     /// Whatever is recorded has an end that disks and clocks can hold.
     fn check_size(&self, motion: &Motion, poses: usize) -> Result<(), FileError> {
         let refuse = |key: &str, message: String| Err(self.document.error(&Field::new("recording").key(key), message));
@@ -142,7 +169,7 @@ impl Reader<'_> {
         let moves = if motion.approach == Approach::Any { 1.0 } else { 2.0 };
         let moving = moves * (motion.rate * motion.moving).max(1.0) + motion.rate * motion.settling;
         let poses = poses * motion.approach.sides().len();
-        let samples = poses as f64 * (moving + motion.samples as f64);
+        let samples = poses as f64 * (moving + motion.samples as f64) + self.samples_of_sweeps(motion);
         if samples > MOST_SAMPLES {
             let message = format!(
                 "{poses} poses at this rate, with these times, are {samples:.0} samples in all: expected {MOST_SAMPLES} at most"

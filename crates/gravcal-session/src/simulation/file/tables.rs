@@ -255,6 +255,13 @@ pub struct RecordingTable {
     /// Default: none.
     /// Example: `motion = { harmonics = 5, period_s = 10 }`
     pub motion: Option<HarmonicTable>,
+    /// Every `[[sweep]]` is recorded slowly, to and fro, at this speed; `move_s` is how long it speeds up and slows down, and `samples`
+    /// is what `torque.std` is of the mean of. The number of its poses is then what the session finds.
+    ///
+    /// Unit: deg/s.
+    /// Default: it stands at each pose.
+    /// Example: `sweep_deg_per_s = 4`
+    pub sweep_deg_per_s: Option<f64>,
     /// Friction that stays in part where joints stand (Dahl).
     ///
     /// Default: none.

@@ -1,0 +1,100 @@
+//! What the speed of a slow sweep makes joints read that stand.
+//!
+//! ```text
+//!     τ_c = h(θ, θ̇_j e_j)        torque of the joints at the speed of the joint j that sweeps, gravity and acceleration left away
+//! ```
+//!
+//! It goes with the square of the speed, so that it is the same both ways and does not cancel in their mean. On the joint that sweeps it is
+//! zero. By the masses and inertia tensors of the robot's file (of a link without a tensor its mass in its centre of mass) it is
+//! subtracted from each reading. Such files are off by a third at worst ([`UNCERTAIN`]), and what is wrong then is wrong alike in a whole sweep:
+//! where that share of it exceeds what noise leaves in the mean of all readings of the sweep, the reading is left out, as the arm passed too
+//! fast for it. Where the file states no masses nothing can be said.
+
+use gravcal_dynamics::{BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
+use gravcal_recording::{StaticPose, Sweeps};
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::SensorParameter;
+use gravcal_robot_model::session::{JointPriors, Load};
+
+/// Share of what masses in robots' files make that may be wrong: chosen, not measured. Tensors in files are often those of a
+/// drawing, and what hangs on an arm is in none.
+const UNCERTAIN: f64 = 1.0 / 3.0;
+
+/// The arm as its file states it, with a load or without.
+pub(super) struct MovingArm<'a> {
+    chain: &'a Chain,
+    joints: &'a [JointPriors],
+    parameters: Vec<f64>,
+    dynamics: InverseDynamics,
+}
+
+impl<'a> MovingArm<'a> {
+    /// Nothing where the robot's file states no mass. A load whose place is not known is taken at the origin of its link's frame.
+    pub fn new(chain: &'a Chain, joints: &'a [JointPriors], load: Option<&Load>) -> Option<MovingArm<'a>> {
+        if chain.links().iter().all(|link| link.inertia.is_none_or(|inertia| inertia.mass == 0.0)) {
+            return None;
+        }
+        let stated = chain.inertial_parameters().ok()?;
+        let body =
+            |[mass, x, y, z, tensor @ ..]: &[f64; 10]| match tensor.iter().all(|entry| *entry == 0.0) && *mass > 0.0 {
+                true => BodyInertia::about_center(*mass, [x / mass, y / mass, z / mass], [0.0; 6]),
+                false => BodyInertia { mass: *mass, first_moment: [*x, *y, *z], tensor: *tensor },
+            };
+        let mut bodies: Vec<BodyInertia> = stated.as_chunks().0.iter().map(body).collect();
+        if let Some(load) = load.filter(|load| !load.is_unknown()) {
+            let carried = BodyInertia::about_center(load.mass, load.position.unwrap_or_default(), [0.0; 6]);
+            bodies[load.link] = bodies[load.link] + carried;
+        }
+        let parameters = bodies.iter().flat_map(BodyInertia::parameters).collect();
+        Some(MovingArm { chain, joints, parameters, dynamics: InverseDynamics::new(chain) })
+    }
+
+    /// Takes from the readings of joints that stand what the speed makes of them, and leaves out those of which it is known too badly. Says so.
+    pub fn subtract(&mut self, sweeps: &mut Sweeps) -> Option<String> {
+        let (mut largest, mut left_out) = (0.0_f64, 0);
+        for sweep in &mut sweeps.found {
+            let alike = (sweep.bins.len() as f64).sqrt();
+            for side in sweep.bins.iter_mut().flat_map(|bin| &mut bin.sides) {
+                let torque = self.of_speed(side, sweep.joint);
+                for (joint, torque) in torque.iter().enumerate().filter(|(joint, _)| *joint != sweep.joint) {
+                    let Some(reading) = &mut side.torque[joint] else { continue };
+                    let made = self.nominal(joint, SensorParameter::TorqueGain) * torque;
+                    reading.value -= made;
+                    largest = largest.max(torque.abs());
+                    if reading.std.is_some_and(|std| UNCERTAIN * made.abs() * alike > std) {
+                        side.torque[joint] = None;
+                        left_out += 1;
+                    }
+                }
+            }
+        }
+        (left_out > 0).then(|| {
+            format!(
+                "{left_out} readings of joints that stand while another sweeps are left out: its speed makes up to {} N·m of them, known by the \
+                 masses of the robot's file to a third at best, which exceeds what noise leaves in their mean. Sweep more slowly.",
+                significant(largest, 2)
+            )
+        })
+    }
+
+    fn nominal(&self, joint: usize, parameter: SensorParameter) -> f64 {
+        self.joints[joint].of(parameter).nominal
+    }
+
+    /// Torques that the speed of one joint makes, N·m.
+    fn of_speed(&mut self, side: &StaticPose, swept: usize) -> Vec<f64> {
+        let count = self.joints.len();
+        let coordinate = |joint: usize| {
+            self.nominal(joint, SensorParameter::PositionGain) * side.position[joint]
+                + self.nominal(joint, SensorParameter::PositionOffset)
+        };
+        let coordinates: Vec<f64> = (0..count).map(coordinate).collect();
+        let (mut velocities, accelerations) = (vec![0.0; count], vec![0.0; count]);
+        let speed = side.conditions.velocity.get(swept).copied().unwrap_or(0.0);
+        velocities[swept] = self.nominal(swept, SensorParameter::PositionGain) * speed;
+        let motion = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
+        let parameters = DynamicParameters { links: &self.parameters, rotor_inertia: &accelerations };
+        self.chain.inverse_dynamics(Single, motion, [0.0; 3], parameters, &mut self.dynamics);
+        self.dynamics.torque.clone()
+    }
+}
