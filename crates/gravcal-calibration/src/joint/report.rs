@@ -18,7 +18,8 @@ use super::uncertainty::LEAST_FREEDOM;
 use super::{constraints, modelled, sweep_moments};
 use crate::judgement::{
     Asked, DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, keep_determined,
-    loss, negative_rotor_notes, outlier_note, outliers, position_errors, tool_notes, weak_combinations, weak_note,
+    loss, negative_rotor_notes, outlier_note, outliers, position_errors, too_large, tool_notes, weak_combinations,
+    weak_note,
 };
 use crate::result::{
     CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
@@ -58,6 +59,7 @@ pub(super) fn report(
     notes.extend(report_session(session, solved, &parameters));
     notes.extend(modelled::notes(session, solved)?);
     notes.extend(outlier_note(solved.built.loss, solved.built.rows.len(), &outliers));
+    notes.extend(untested_note(solved));
     // Where the solver stopped anywhere, so did these.
     notes.extend(weak.iter().filter(|_| solved.estimate.termination.converged()).map(weak_note));
     let mut result = EstimatorResult {
@@ -110,6 +112,17 @@ fn unknown_noise(session: &Session, solved: &Solved, parameters: &[ParameterResu
              {LEAST_FREEDOM} should be. Without it nothing tells how well anything is known"
         ),
         cure: "state the std of the torque readings (readings.torque.std), or record more poses".into(),
+    })
+}
+
+/// Says where residuals are not tested as there are too many readings and unknowns.
+fn untested_note(solved: &Solved) -> Option<String> {
+    let (rows, columns) = (solved.judged_problem().rows(), solved.judged_problem().columns().len());
+    too_large(solved).then(|| {
+        format!(
+            "Residuals were not tested for drifts, harmonics and neighbours: {rows} readings with {columns} unknowns are \
+             too many. Calibrate fewer poses, or without unknowns of each pose (readings.position.std), for a test."
+        )
     })
 }
 

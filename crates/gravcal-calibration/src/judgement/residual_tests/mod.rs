@@ -60,6 +60,12 @@ const ROUNDING: f64 = 1e-7;
 /// Entries of the Jacobian beyond which it is not made a second time.
 const MOST_ENTRIES: usize = 100_000_000;
 
+/// Whether a solution's residuals are not tested because its Jacobian has too many entries.
+pub(crate) fn too_large(solved: &Solved) -> bool {
+    let problem = solved.judged_problem();
+    problem.rows().saturating_mul(problem.columns().len()) >= MOST_ENTRIES
+}
+
 /// The tests of a solution's residuals.
 #[derive(Debug, Default)]
 pub(crate) struct ResidualTests {
@@ -83,7 +89,7 @@ pub(crate) fn residual_tests(
         && solved.built.loss == Loss::None
         && solved.readings.order == Order::Together
         && problem.rows() > solved.analysis.rank()
-        && problem.rows().saturating_mul(problem.columns().len()) < MOST_ENTRIES;
+        && !too_large(solved);
     if !tested {
         return Ok(ResidualTests::default());
     }
