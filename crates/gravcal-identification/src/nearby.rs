@@ -32,15 +32,6 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 const PLAUSIBLE: usize = 4;
 /// Growth of ½ χ² beyond which values are not plausible: five standard deviations.
 pub const IMPLAUSIBLE: f64 = 12.5;
-/// What ½ χ² grows by in one direction that is as improbable as a growth in several: a place where so many directions lose their effect cannot
-/// explain noise by them, and its ½ χ² is larger by half their number on average.
-pub fn as_of_one_direction(growth: f64, directions: usize) -> f64 {
-    let Ok(distribution) = ChiSquared::new(directions as f64) else { return growth };
-    let improbable = distribution.sf(2.0 * growth);
-    // Beyond what the distribution resolves, no number of directions makes it plausible.
-    if improbable < f64::MIN_POSITIVE { growth } else { 0.5 * Normal::standard().inverse_cdf(0.5 * improbable).powi(2) }
-}
-
 /// Share of the standard deviation at plausible values that is told at least.
 pub const AT_LEAST: f64 = 2.0 / 3.0;
 /// An effect that varies by less than this share of itself by a standard deviation is at the farthest still as much as is told.
@@ -92,6 +83,15 @@ pub fn least_informed_nearby(
         found.extend(surroundings.where_less(&estimate, direction)?);
     }
     Ok(found)
+}
+
+/// The growth of ½ χ² in one direction that is as improbable as a growth in several. Where so many directions lose their effect they explain
+/// no noise, and ½ χ² is larger by half their number on average: χ² of as many degrees of freedom.
+pub fn as_of_one_direction(growth: f64, directions: usize) -> f64 {
+    let Ok(distribution) = ChiSquared::new(directions as f64) else { return growth };
+    let improbable = distribution.sf(2.0 * growth);
+    // Beyond what the distribution resolves, no number of directions makes it plausible.
+    if improbable.is_normal() { 0.5 * Normal::standard().inverse_cdf(0.5 * improbable).powi(2) } else { growth }
 }
 
 /// Columns of directions, of which nobody can be farther off than about a radian, and what this is in their unit.
@@ -287,7 +287,7 @@ mod tests {
         assert!((as_of_one_direction(0.5 * 3.841_459, 1) - 0.5 * 3.841_459).abs() < 1e-6);
         assert!((as_of_one_direction(0.5 * 18.307_038, 10) - 0.5 * 3.841_459).abs() < 1e-6);
         assert!(as_of_one_direction(2.0, 0) == 2.0 && as_of_one_direction(1e4, 10) > IMPLAUSIBLE);
-        assert!(as_of_one_direction(0.0, 3) == 0.0);
+        assert!(as_of_one_direction(0.0, 3) == 0.0 && as_of_one_direction(f64::INFINITY, 3) == f64::INFINITY);
     }
 
     #[test]

@@ -154,19 +154,18 @@ impl Solved {
     }
 }
 
-/// What is aligned alone, of several kinds: all of a kind, and all of several kinds, where that is more than one.
+/// All alignments of a kind at once, and of several kinds, where these are more than one.
 fn together(alone: &[Vec<Alignment>; 3]) -> Vec<Alignment> {
-    let kinds = (1_usize..1 << alone.len()).map(|chosen| {
-        let taken = alone.iter().enumerate().filter(|(kind, of)| chosen >> kind & 1 == 1 && !of.is_empty());
-        (chosen.count_ones() as usize, taken.map(|(_, of)| of).collect::<Vec<_>>())
-    });
-    let all =
-        kinds.filter(|(chosen, kinds)| kinds.len() == *chosen && kinds.iter().map(|of| of.len()).sum::<usize>() > 1);
-    all.map(|(_, kinds)| kinds.into_iter().flatten().flatten().cloned().collect()).collect()
+    let choices: [&[usize]; 7] = [&[0], &[1], &[2], &[0, 1], &[0, 2], &[1, 2], &[0, 1, 2]];
+    let chosen = choices.into_iter().filter(|kinds| kinds.iter().all(|kind| !alone[*kind].is_empty()));
+    let alignments = chosen.map(|kinds| kinds.iter().flat_map(|kind| &alone[*kind]).collect::<Vec<_>>());
+    let several = alignments.filter(|alignments| alignments.len() > 1);
+    several.map(|alignments| alignments.into_iter().flatten().cloned().collect()).collect()
 }
 
 #[cfg(test)]
 mod tests {
+    use gravcal_estimation::{Block, ProblemBuilder};
     use gravcal_session::simulation::Run;
 
     use super::{Alignment, together};
@@ -221,12 +220,8 @@ mod tests {
     }
 
     #[test]
-    fn kinds_are_aligned_alone_before_they_are_so_together() {
-        let block = |session: &gravcal_robot_model::session::Session| {
-            let readings = select(session, Signals::All);
-            with_environment(|w| solve(session, &readings, None, w)).unwrap().built.variables.gravity
-        };
-        let id = block(&sarcos_shoulder().session(0));
+    fn what_is_aligned_alone_is_aligned_together() {
+        let id = ProblemBuilder::new().add_block(Block::scalar("any", ""), &[0.0]);
         let named = |value: f64| -> Alignment { vec![(id, vec![value])] };
         let values = |alone: [Vec<Alignment>; 3]| -> Vec<Vec<f64>> {
             together(&alone).iter().map(|parts| parts.iter().map(|(_, value)| value[0]).collect()).collect()

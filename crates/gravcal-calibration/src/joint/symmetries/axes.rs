@@ -138,7 +138,7 @@ fn turned_axes(session: &Session, found: &State) -> Option<State> {
     Some(standing_alike(session, found, image))
 }
 
-/// Gains and offsets that are as they are not declared at their nominal values; nothing where there is no such gain.
+/// The solution with those gains and offsets at their nominal values that are not as declared; nothing where all gains are.
 fn sensors_as_declared(session: &Session, found: &State) -> Option<State> {
     let turned = turned_gains(session, found);
     let mut sensors = found.clone();

@@ -34,12 +34,11 @@ impl InHemisphere<'_> {
     }
 
     /// Gravity as declared, the sensors at their nominal values, and what explains the readings with them.
-    fn as_declared(&self, solved: &Solved) -> Result<Option<State>, EstimateError> {
-        let nominal = State::nominal(self.session);
+    fn declared_start(&self, solved: &Solved) -> Result<Option<State>, EstimateError> {
         let size = self.session.gravity.magnitude;
         let Some(along) = directions(self.session.gravity.hemisphere).next() else { return Ok(None) };
-        let sensors = State { gravity: along.map(|component| size * component), ..nominal };
-        Ok(Some(start_around(self.session, &solved.readings, &sensors)?))
+        let declared = State { gravity: along.map(|component| size * component), ..State::nominal(self.session) };
+        Ok(Some(start_around(self.session, &solved.readings, &declared)?))
     }
 
     fn lies_within(&self, solved: &Solved, pole: [f64; 3]) -> bool {
@@ -65,7 +64,7 @@ impl Symmetry for InHemisphere<'_> {
         let found = solved.state(&State::nominal(session));
         let free = |joint: &usize| session.fixed_reason(*joint, SensorParameter::PositionOffset).is_none();
         let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
-        let declared = self.as_declared(solved)?;
+        let declared = self.declared_start(solved)?;
         Ok(std::iter::once(found.upside_down(session)).chain(turned).chain(declared).collect())
     }
 

@@ -7,6 +7,9 @@
 //! | `mirrored.rs` | the vector between two placements, reversed along an axis |
 //! | `axes.rs` | axes counted from their other ends, with gains of the other sign than declared or offsets half a turn on |
 //!
+//! Where the readings say little, an end that is not as declared has no exact image; `hemisphere.rs` and `axes.rs` then follow a start from the
+//! declared values, too.
+//!
 //! They are solutions of the problem that the session states. What the session itself may have got wrong (`mistakes.rs`) is another problem.
 
 mod axes;
