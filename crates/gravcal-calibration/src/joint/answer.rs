@@ -54,6 +54,7 @@ impl Answer {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Answer, EstimateError> {
         let solved = solve(session, readings, known, environment)?
+            .near_declared(session, environment)
             .with_nearby(session, environment)?
             .with_profiles(session, environment)?;
         // What was stopped on its way explains the readings badly whatever the model.

@@ -32,6 +32,7 @@ mod measurement_set;
 mod mistakes;
 mod model_tests;
 mod modelled;
+mod near_declared;
 mod nearby;
 mod noise;
 mod order;

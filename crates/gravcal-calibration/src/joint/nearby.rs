@@ -167,7 +167,7 @@ impl Solved {
         for (column, std) in &self.profiles {
             factors[*column] = factors[*column].max(std / known.std(*column).max(f64::MIN_POSITIVE));
         }
-        if self.nearby.is_empty() && self.profiles.is_empty() {
+        if factors.iter().all(|factor| *factor == 1.0) {
             return self;
         }
         Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
