@@ -19,7 +19,7 @@ use gravcal_estimation::{
 };
 use gravcal_identification::{
     Combination, End, Fit, Known, Likeliest, Parameter, Profiled, ReadingResidual, SolveEnvironment, fit, judge,
-    limits_of_use, noise_by_squares, row_residuals,
+    limits_of_use, noise_by_squares, row_residuals, share_that_matters,
 };
 use gravcal_solvers::SolverName;
 
@@ -164,9 +164,11 @@ fn calibrate(thermometer: &Thermometer, environment: &SolveEnvironment<'_>) -> R
     });
     let asked: Vec<Parameter<&str>> = asked.collect();
     let (values, analysis, reference) = (&estimate.values, &known.analysis, problem.reference());
-    let profiled = Profiled { problem: &problem, values, analysis, reference };
+    let limits = limits_of_use(&problem, &asked);
+    let profiled =
+        Profiled { problem: &problem, values, analysis, reference, matters: share_that_matters(0, asked.len()) };
     let mut widened = vec![1.0; problem.columns().len()];
-    for (column, std) in profiled.wider(&limits_of_use(&problem, &asked), environment)? {
+    for (column, std) in profiled.wider(&limits, environment)? {
         widened[column] = std / analysis.covariance().std(column);
     }
     let uncertainty = known.uncertainty.widened(&widened);

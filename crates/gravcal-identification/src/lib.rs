@@ -55,7 +55,9 @@ pub use known::Known;
 pub use likeliest::{DECISIVE, End, Likeliest};
 pub use median::{NORMAL_MEDIAN, median};
 pub use misfit::Explained;
-pub use nearby::{AT_LEAST, BASELESS, IMPLAUSIBLE, MATTERS, MOST_COLUMNS, as_of_one_direction, least_informed_nearby};
+pub use nearby::{
+    AT_LEAST, BASELESS, IMPLAUSIBLE, MOST_COLUMNS, as_of_one_direction, least_informed_nearby, share_that_matters,
+};
 pub use noise::{ReadingResidual, noise_by_median, noise_by_squares};
 pub use profile::Profiled;
 pub use residuals::{RowResidual, row_residuals};

@@ -41,8 +41,10 @@ const CORRECTIONS: usize = 6;
 const SETTLED: f64 = 0.1;
 /// Times by which a standard deviation is too small that has no basis.
 pub const BASELESS: f64 = 10.0;
-/// Only directions that make up this share of a limit of use are looked at.
-pub const MATTERS: f64 = 0.05;
+/// Only directions that make up this share of a limit of use are looked at, and this share where most of what is asked for is open: that may be
+/// anywhere, and takes far what hangs on it.
+const MATTERS: f64 = 0.05;
+const MATTERS_AMONG_OPEN: f64 = 0.002;
 /// Length of the step of a difference, in limits of use.
 const DIFFERENCE: f64 = 1e-3;
 /// An effect of a limit of use below this is nothing: the rank tells of it.
@@ -62,7 +64,7 @@ pub fn least_informed_nearby(
     (problem, values): (&Problem, &Values),
     asked: &[(usize, f64)],
     determined: &[usize],
-    plausible: &Reference,
+    (plausible, matters): (&Reference, f64),
 ) -> Result<Vec<(Values, f64)>, EvaluateError> {
     if problem.columns().len() > MOST_COLUMNS {
         return Ok(Vec::new());
@@ -76,13 +78,18 @@ pub fn least_informed_nearby(
     }
     let surroundings = Surroundings { problem: &alone, scales, firmness };
     let Some(estimate) = surroundings.point(values.clone())? else { return Ok(Vec::new()) };
-    let faint = faint_directions(&estimate.hessian, asked).into_iter().map(Direction::Faint);
+    let faint = faint_directions(&estimate.hessian, asked, matters).into_iter().map(Direction::Faint);
     let errors = determined.iter().copied().map(Direction::ErrorOf);
     let mut found = Vec::new();
     for direction in faint.chain(errors) {
         found.extend(surroundings.where_less(&estimate, direction)?);
     }
     Ok(found)
+}
+
+/// Share of a limit of use that an error must make up to be worth a look, where so many of all that is asked for are open.
+pub fn share_that_matters(open: usize, asked: usize) -> f64 {
+    if 2 * open > asked { MATTERS_AMONG_OPEN } else { MATTERS }
 }
 
 /// The growth of ½ χ² in one direction that is as improbable as a growth in several. Where so many directions lose their effect they explain
@@ -111,12 +118,12 @@ fn scales(problem: &Problem, norms: &[f64], asked: &[(usize, f64)], plausible: &
 }
 
 /// Right singular vectors that make up a share of a limit of use that matters.
-fn faint_directions(hessian: &DMatrix<f64>, asked: &[(usize, f64)]) -> Vec<DVector<f64>> {
+fn faint_directions(hessian: &DMatrix<f64>, asked: &[(usize, f64)], share: f64) -> Vec<DVector<f64>> {
     let eigen = hessian.clone().symmetric_eigen();
     let directions = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
     let directions = directions.map(|(square, direction)| (square.max(0.0).sqrt(), direction.clone_owned()));
     let matters = |value: f64, direction: &DVector<f64>| {
-        value > NOTHING && asked.iter().any(|(column, _)| direction[*column].abs() > MATTERS * value)
+        value > NOTHING && asked.iter().any(|(column, _)| direction[*column].abs() > share * value)
     };
     directions.filter(|(value, direction)| matters(*value, direction)).map(|(_, direction)| direction).collect()
 }
@@ -277,7 +284,7 @@ mod tests {
         builder.add_factor(Factor::new(residual, Noise::independent(&[1.0, 1.0]).unwrap()));
         let (problem, values) = builder.build().unwrap();
         let plausible = Reference::new(values.clone()).with(blocks[1], &[0.1]);
-        let found = least_informed_nearby((&problem, &values), &[(1, 0.1)], &[1], &plausible).unwrap();
+        let found = least_informed_nearby((&problem, &values), &[(1, 0.1)], &[1], (&plausible, MATTERS)).unwrap();
         found.iter().map(|(values, _)| values.scalar(blocks[0])).collect()
     }
 

@@ -18,13 +18,16 @@
 use gravcal_estimation::{EvaluateError, Problem, RankAnalysis, Reference, Values, in_parallel};
 
 use crate::environment::SolveEnvironment;
-use crate::nearby::{BASELESS, MATTERS, MOST_COLUMNS};
+use crate::nearby::{BASELESS, MOST_COLUMNS};
 
 /// Standard deviations at which the profile is looked at, and its growth there in a linear problem.
 const AWAY: f64 = 2.0;
 const GROWTH: f64 = 0.5 * AWAY * AWAY;
 /// A profile that grows by this share of it, or that share of this, is as wide as the linear model says.
 const LINEAR: f64 = 0.8;
+/// √ of the growth at two standard deviations, in that of a linear problem, that is no farther from one than this: at four it is then about as
+/// far within [`LINEAR`].
+const STRAIGHT: f64 = 0.02;
 /// √ of the growth, in that at two standard deviations, up to which the profile is followed: four.
 const HIGHEST: f64 = 2.0;
 /// A step over which √ of the growth rises by so much more than in a linear problem, and by so much of what it is at two standard
@@ -47,6 +50,9 @@ pub struct Profiled<'a> {
     pub analysis: &'a RankAnalysis,
     /// Of the other parameters: what keeps them plausible while they follow.
     pub reference: Option<&'a Reference>,
+    /// Share of its limit of use that a standard deviation makes up at least whose profile is looked at
+    /// ([`share_that_matters`](crate::share_that_matters)).
+    pub matters: f64,
 }
 
 impl Profiled<'_> {
@@ -78,13 +84,14 @@ impl Profiled<'_> {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Vec<(usize, f64)>, EvaluateError> {
         let std = self.analysis.covariance().std(column);
-        if std < MATTERS * limit || std > limit {
+        if std < self.matters * limit || std > limit {
             return Ok(Vec::new());
         }
         let profile = Profile { of: self, column, std, limit, noise };
         let mut found = Vec::new();
+        let Some(start) = profile.at(1.0, 0.0, &profile.estimate(), environment)? else { return Ok(found) };
         for side in [1.0, -1.0] {
-            let std = profile.wider(side, environment)?;
+            let std = profile.wider(side, &start, environment)?;
             found.extend(std.map(|std| (column, std)));
             if std.is_some_and(|std| std > limit) {
                 break;
@@ -107,14 +114,23 @@ struct Profile<'a> {
 }
 
 impl Profile<'_> {
-    /// The standard deviation that the profile tells to one side, where it is larger than that of the linear model.
-    fn wider(&self, side: f64, environment: &SolveEnvironment<'_>) -> Result<Option<f64>, EvaluateError> {
-        let Some(mut before) = self.at(side, 0.0, &self.estimate(), environment)? else { return Ok(None) };
+    /// The standard deviation that the profile tells to one side, where it is larger than that of the linear model. `start`: where the others
+    /// are with the parameter at its estimate.
+    fn wider(
+        &self,
+        side: f64,
+        start: &Point,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Option<f64>, EvaluateError> {
+        let mut before = start.clone();
         let (whole, lowest) = (AWAY * self.std, before.cost);
         let (mut step, mut height, mut std) = (whole, 0.0, self.std);
         while height < HIGHEST && std <= self.limit && before.distance <= AWAY * self.limit {
             let Some(point) = self.at(side, before.distance + step, &before, environment)? else { break };
             let risen = ((point.cost - lowest) / self.noise / GROWTH).max(0.0).sqrt();
+            if before.distance == 0.0 && step == whole && (risen - 1.0).abs() < STRAIGHT {
+                return Ok(None);
+            }
             let is_linear = (LINEAR..1.0 / LINEAR).contains(&(risen - height).powi(2)) && step == whole;
             if !is_linear && risen - height > (STEEP * step / whole).max(RISE) {
                 step /= 4.0;
@@ -181,6 +197,7 @@ impl Profile<'_> {
 }
 
 /// Of a profile.
+#[derive(Clone)]
 struct Point {
     /// From the estimate.
     distance: f64,
@@ -224,7 +241,8 @@ mod tests {
         builder.add_factor(Factor::new(Automatic(Flattened(blocks)), noise));
         let (problem, values) = builder.build().unwrap();
         let analysis = RankAnalysis::new(&problem, &values).unwrap();
-        let profiled = Profiled { problem: &problem, values: &values, analysis: &analysis, reference: None };
+        let profiled =
+            Profiled { problem: &problem, values: &values, analysis: &analysis, reference: None, matters: 0.05 };
         let found = with_environment(|w| profiled.wider(&[(0, limit)], w)).unwrap();
         found.into_iter().map(|(_, std)| std).reduce(f64::max)
     }

@@ -1,7 +1,9 @@
 //! What the readings say at values near the estimate that may be the true ones.
 
 use gravcal_estimation::{RankAnalysis, Reference, Values};
-use gravcal_identification::{AT_LEAST, BASELESS, DECISIVE, MATTERS, SolveEnvironment, least_informed_nearby};
+use gravcal_identification::{
+    AT_LEAST, BASELESS, DECISIVE, SolveEnvironment, least_informed_nearby, share_that_matters,
+};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
@@ -12,7 +14,7 @@ use super::solve_from::solve_from;
 use super::solved::{Nearby, Solved};
 use super::symmetries::{in_hemisphere, not_as_declared};
 use super::variables::State;
-use crate::judgement::limits_of_use;
+use crate::judgement::{Judgement, limits_of_use};
 
 /// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
 const AS_LIKELY: f64 = 2.0;
@@ -72,15 +74,16 @@ impl Solved {
         let Some(reference) = self.built.problem.reference() else { return Ok(Vec::new()) };
         let asked = self.limits_of_use(session);
         let known = self.analysis.covariance();
-        if asked.iter().all(|(column, limit)| known.std(*column) < MATTERS * limit) {
+        let judgement = self.judge(session);
+        let matters = self.share_that_matters(session, &judgement);
+        if asked.iter().all(|(column, limit)| known.std(*column) < matters * limit) {
             return Ok(Vec::new()); // no direction makes up more of a standard deviation than there is
         }
-        let judgement = self.judge(session);
         let plausible = reference.times_as_firm(WITHIN_USE);
         let columns = |id: &ParameterId| problem.columns_of(self.built.variables.block(*id));
         let determined: Vec<usize> =
             session.parameters().iter().filter(|id| judgement.determines(**id)).flat_map(columns).collect();
-        let farther = least_informed_nearby((problem, values), &asked, &determined, &plausible)?;
+        let farther = least_informed_nearby((problem, values), &asked, &determined, (&plausible, matters))?;
         let share = |growth: f64| if growth < AS_LIKELY { 1.0 } else { AT_LEAST };
         let farther = farther.into_iter().map(|(values, growth)| (values, share(growth)));
         let (open, all) = (|id: &ParameterId| !judgement.determines(*id), |_: &ParameterId| true);
@@ -183,6 +186,13 @@ impl Solved {
         let along =
             |place: usize| off.iter().enumerate().map(|(row, off)| basis[row * width + place] * off).sum::<f64>();
         columns.enumerate().map(|(place, column)| (column, along(place).abs())).collect()
+    }
+
+    /// Share of a limit of use that an error must make up to be worth a look.
+    pub(super) fn share_that_matters(&self, session: &Session, judgement: &Judgement) -> f64 {
+        let free = session.parameters().into_iter().filter(|id| session.fixed(*id).is_none());
+        let is_open: Vec<bool> = free.map(|id| !judgement.determines(id)).collect();
+        share_that_matters(is_open.iter().filter(|open| **open).count(), is_open.len())
     }
 
     /// Column and limit of use of gravity and every parameter.

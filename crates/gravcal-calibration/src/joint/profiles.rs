@@ -40,8 +40,9 @@ impl Solved {
         };
         let reported: Vec<(usize, f64)> = determined.filter_map(reported).collect();
         let (values, analysis) = (&self.estimate.values, &self.analysis);
-        let profiles =
-            Profiled { problem, values, analysis, reference: reference.as_ref() }.wider(&reported, environment)?;
+        let matters = self.share_that_matters(session, &judgement);
+        let profiled = Profiled { problem, values, analysis, reference: reference.as_ref(), matters };
+        let profiles = profiled.wider(&reported, environment)?;
         Ok(Solved { profiles, ..self })
     }
 
