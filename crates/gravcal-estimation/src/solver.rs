@@ -29,10 +29,10 @@ pub trait Solver: Send + Sync {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError>;
 
-    /// Another method that takes other ways down, with the same options: who doubts where this one ended asks that one, too. Two that
-    /// begin at the same place rarely end in the same wrong valley.
-    fn companion(&self) -> Option<Box<dyn Solver>> {
-        None
+    /// Other methods that take other ways down, with the same options: who doubts where this one ended asks the first, too, and the others
+    /// where that does not suffice. Two that begin at the same place rarely end in the same wrong valley.
+    fn companions(&self) -> Vec<Box<dyn Solver>> {
+        Vec::new()
     }
 }
 

@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::point::dot;
 use crate::refusal::refuse_constraints;
-use crate::{Decision, Descent, LevenbergMarquardt, Move, Point, StoppingRules, minimise};
+use crate::{Decision, Descent, LevenbergMarquardt, Move, Point, StoppingRules, VariableProjection, minimise};
 
 pub(crate) const NAME: &str = "dogleg";
 
@@ -58,8 +58,11 @@ impl Solver for Dogleg {
         minimise(self, problem, initial, context)
     }
 
-    fn companion(&self) -> Option<Box<dyn Solver>> {
-        Some(Box::new(LevenbergMarquardt { stopping: self.stopping }))
+    fn companions(&self) -> Vec<Box<dyn Solver>> {
+        vec![
+            Box::new(LevenbergMarquardt { stopping: self.stopping }),
+            Box::new(VariableProjection { stopping: self.stopping }),
+        ]
     }
 }
 

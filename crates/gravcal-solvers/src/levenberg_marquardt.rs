@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 use crate::damping::Damping;
 use crate::refusal::refuse_constraints;
-use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, minimise};
+use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, VariableProjection, minimise};
 
 pub(crate) const NAME: &str = "levenberg-marquardt";
 
@@ -48,8 +48,8 @@ impl Solver for LevenbergMarquardt {
         minimise(self, problem, initial, context)
     }
 
-    fn companion(&self) -> Option<Box<dyn Solver>> {
-        Some(Box::new(Dogleg { stopping: self.stopping }))
+    fn companions(&self) -> Vec<Box<dyn Solver>> {
+        vec![Box::new(Dogleg { stopping: self.stopping }), Box::new(VariableProjection { stopping: self.stopping })]
     }
 }
 

@@ -36,7 +36,7 @@ use crate::linear_part::{LinearPart, is_linear};
 use crate::point::FAINT_DAMPING;
 use crate::refusal::refuse_constraints;
 use crate::run::check_start;
-use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, minimise};
+use crate::{Decision, Descent, Dogleg, LevenbergMarquardt, Move, Point, StoppingRules, minimise};
 
 /// The most by which a nonlinear block moves at once, relative to its size or to the residual, whichever is larger.
 const LONGEST_STEP: f64 = 0.5;
@@ -76,8 +76,8 @@ impl Solver for VariableProjection {
         minimise(self, problem, projected.as_ref().unwrap_or(initial), context)
     }
 
-    fn companion(&self) -> Option<Box<dyn Solver>> {
-        Some(Box::new(Dogleg { stopping: self.stopping }))
+    fn companions(&self) -> Vec<Box<dyn Solver>> {
+        vec![Box::new(Dogleg { stopping: self.stopping }), Box::new(LevenbergMarquardt { stopping: self.stopping })]
     }
 }
 

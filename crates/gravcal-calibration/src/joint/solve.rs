@@ -19,6 +19,9 @@ use crate::judgement::explained;
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
 const TELLING: usize = 1000;
 
+/// Starts at most that the last of the method's companions follows.
+const LAST_RESORT: usize = 3;
+
 /// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
 /// reading states is estimated from the residuals of each joint; the readings' loss is heeded.
 ///
@@ -56,8 +59,8 @@ pub fn solve(
 }
 
 /// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
-/// found at a minimum excuses it. The method's companion looks from where the first one began, as one that creeps along a bent valley is
-/// where the other goes through; from elsewhere the method itself, as it takes a tenth of the companion's time, and the companion where that
+/// found at a minimum excuses it. The method's first companion looks from where the first one began, as one that creeps along a bent valley is
+/// where the other goes through; from elsewhere the method itself, as it takes a tenth of the companion's time, and the companions where that
 /// does not suffice.
 fn lowest_elsewhere(
     session: &Session,
@@ -68,18 +71,20 @@ fn lowest_elsewhere(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     environment.report("other starting values");
-    let companion = environment.solver().companion().filter(|other| other.check(&solved.built.problem).is_ok());
-    let second = environment.by(companion.as_deref().unwrap_or(environment.solver()));
+    let mut companions = environment.solver().companions();
+    companions.retain(|other| other.check(&solved.built.problem).is_ok());
+    let companions: Vec<_> = companions.iter().map(|other| environment.by(other.as_ref())).collect();
+    let methods = (environment, companions.as_slice());
     let nominal = State::nominal(session);
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session))
     };
     let likeliest = match readings.poses() > 2 * TELLING {
-        false => from_other_starts(session, (readings, sample), solved, known, [environment, &second])?,
+        false => from_other_starts(session, (readings, sample), solved, known, methods)?,
         true => {
             let part = thinned(session, readings, TELLING);
             let first = solve_from(session, &part, solved.state(&nominal), environment)?;
-            let of_part = from_other_starts(session, (&part, sample), first, known, [environment, &second])?;
+            let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
             let variables = &of_part.best.solution.built.variables;
             let starts = of_part.plausible().into_iter().map(|values| variables.state(values, &nominal)).collect();
             let mut likeliest = Likeliest::first(solved.into_end(session));
@@ -88,7 +93,11 @@ fn lowest_elsewhere(
         }
     };
     let Likeliest { best, is_another, mut ends } = likeliest;
-    let solved = if is_another { settled(session, best.solution, sample, &second)? } else { best.solution };
+    let solved = if is_another {
+        settled(session, best.solution, sample, companions.first().unwrap_or(environment))?
+    } else {
+        best.solution
+    };
     let solved = as_declared(session, readings, solved, &ends, environment)?;
     let lowest = solved.minus_log_likelihood(session);
     let turned = |values: &Values| turned_gains(session, &solved.built.variables.state(values, &nominal));
@@ -105,8 +114,9 @@ fn from_other_starts(
     (readings, sample): (&MeasurementSet, &Sample),
     first: Solved,
     known: Option<&State>,
-    [environment, second]: [&SolveEnvironment<'_>; 2],
+    (own, companions): (&SolveEnvironment<'_>, &[SolveEnvironment<'_>]),
 ) -> Result<Likeliest<Solved>, EstimateError> {
+    let second = companions.first().unwrap_or(own);
     let nominal = State::nominal(session);
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session))
@@ -114,10 +124,15 @@ fn from_other_starts(
     let on = |there: &Solved| there.state(&nominal);
     let mut likeliest = Likeliest::first(first.into_end(session));
     likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, on, second);
-    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, environment);
-    likeliest.or_from(further_starts(session, sample, known, environment)?, follow, on, environment);
-    if !likeliest.best.termination.converged() || likeliest.best.solution.misfit(session)?.is_some() {
-        likeliest.or_from(further_starts(session, sample, known, second)?, follow, on, second);
+    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, own);
+    likeliest.or_from(further_starts(session, sample, known, own)?, follow, on, own);
+    for (other, most) in companions.iter().zip([usize::MAX, LAST_RESORT]) {
+        if likeliest.best.termination.converged() && likeliest.best.solution.misfit(session)?.is_none() {
+            break;
+        }
+        let mut starts = further_starts(session, sample, known, other)?;
+        starts.truncate(most);
+        likeliest.or_from(starts, follow, on, other);
     }
     Ok(likeliest)
 }
