@@ -1,10 +1,13 @@
-//! Speed of the joint estimate of seven joints, on one thread, beside the same problem in Ceres and in SciPy.
+//! Speed of the joint estimate of seven joints, on one thread, beside the same problem in Ceres and in SciPy, beside other methods, and
+//! beside two threads.
 //!
 //! `cargo run --release -p gravcal-benches --bin speed`
 //!
 //! `benches/README.md` says what is measured and how.
 
+mod cores;
 mod exchange;
+mod methods;
 mod model;
 mod peers;
 mod product;
@@ -16,7 +19,7 @@ use clap::Parser;
 use gravcal_benches::clock::{median_seconds, microseconds};
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
-use gravcal_estimation::{Estimate, RankAnalysis, SolveContext, Solver};
+use gravcal_estimation::{Estimate, Problem, RankAnalysis, SolveContext, Solver, Values};
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
 use peers::Peer;
@@ -28,7 +31,7 @@ const COLUMNS: usize = 61;
 /// Largest |cosine| between the residual and a column of J with which a solution passes.
 pub(crate) const COSINE: f64 = 1e-8;
 
-/// Times the joint problem of seven joints on one thread, beside Ceres and SciPy.
+/// Times the joint problem of seven joints on one thread, beside Ceres and SciPy, beside other methods, and beside two threads.
 #[derive(Parser)]
 struct Arguments {
     /// Numbers of poses.
@@ -44,23 +47,34 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
-    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string())?;
+    let [one_thread, two_threads] = [cores::pool(1)?, cores::pool(2)?];
     let peers = if arguments.without_peers { Vec::new() } else { peers::available() };
     let peak = product::peak();
     println!("peak of one thread, the best of square products in cache: {:.1} GFLOP/s", peak * 1e-9);
-    arguments.poses.iter().try_for_each(|poses| one_thread.install(|| measure(*poses as usize, &peers, peak)))
+    for poses in &arguments.poses {
+        let problem = SevenJoints::simulate(*poses as usize)?;
+        one_thread.install(|| measure(&problem, &peers, peak))?;
+        cores::compare(&problem, [&one_thread, &two_threads])?;
+    }
+    Ok(())
 }
 
-/// One number of poses: solves, prints what the time is made of, and compares with the peers.
-fn measure(poses: usize, peers: &[Peer], peak: f64) -> Result<(), String> {
-    let problem = SevenJoints::simulate(poses)?;
-    describe(&problem)?;
-    let ours = solve(&problem)?;
-    print_shares(&problem, &ours, peak)?;
-    let folder = exchange::write(&problem)?;
+/// One number of poses: solves, prints what the time is made of, and compares with the peers and with other methods.
+fn measure(problem: &SevenJoints, peers: &[Peer], peak: f64) -> Result<(), String> {
+    describe(problem)?;
+    let (joint, initial) = (&problem.built.problem, &problem.built.initial);
+    // The peers have no reference.
+    let ours = solved(&LevenbergMarquardt { stopping: stopping() }, &joint.without_reference(), initial)?;
+    print_shares(problem, &ours, peak)?;
+    let folder = exchange::write(problem)?;
     let theirs = peers.iter().map(|peer| (peer.name, peer.run(folder.path())));
-    print_table(poses, &ours, theirs.collect());
-    Ok(())
+    print_table(problem.poses(), &ours, theirs.collect());
+    methods::compare(problem.poses(), joint, initial)
+}
+
+/// When methods end.
+fn stopping() -> StoppingRules {
+    StoppingRules { cosine_tolerance: COSINE, ..StoppingRules::default() }
 }
 
 fn describe(problem: &SevenJoints) -> Result<(), String> {
@@ -74,11 +88,9 @@ fn describe(problem: &SevenJoints) -> Result<(), String> {
     Ok(())
 }
 
-fn solve(problem: &SevenJoints) -> Result<Row, String> {
-    let solver =
-        LevenbergMarquardt { stopping: StoppingRules { cosine_tolerance: COSINE, ..StoppingRules::default() } };
-    let (joint, initial) = (&problem.built.problem, &problem.built.initial);
-    let run = || solver.solve(joint, initial, &mut SolveContext::default());
+/// Solves, and again and again for the time.
+fn solved(solver: &dyn Solver, problem: &Problem, initial: &Values) -> Result<Row, String> {
+    let run = || solver.solve(problem, initial, &mut SolveContext::default());
     let estimate: Estimate = run().map_err(|e| e.to_string())?;
     let (Some(first), Some(last)) = (estimate.iterations.first(), estimate.iterations.last()) else {
         return Err("the solver recorded no iteration".into());

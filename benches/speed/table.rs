@@ -41,10 +41,7 @@ impl Row {
 
 /// Prints ours and the peers', each with its ratio or the reason why it has none.
 pub fn print_table(poses: usize, ours: &Row, peers: Vec<(&str, Result<Row, String>)>) {
-    println!(
-        "  {:8} {:>10} {:>10} {:>14} {:>20} {:>8} {:>12}",
-        "", "seconds", "iterations", "µs/(pose·it.)", "cost", "cosine", "time / ours"
-    );
+    heading("time / ours");
     print_row("gravcal", poses, ours, "1");
     for (name, row) in peers {
         match row {
@@ -53,15 +50,24 @@ pub fn print_table(poses: usize, ours: &Row, peers: Vec<(&str, Result<Row, Strin
                     row.ratio(ours).map_or_else(|why| format!("no ratio: {why}"), |ratio| format!("{ratio:.1}"));
                 print_row(name, poses, &row, &ratio);
             }
-            Err(message) => println!("  {name:8} {message}"),
+            Err(message) => println!("  {name:19} {message}"),
         }
     }
 }
 
-fn print_row(name: &str, poses: usize, row: &Row, ratio: &str) {
+/// Prints what stands above the columns, `ratio` above the last.
+pub fn heading(ratio: &str) {
+    println!(
+        "  {:19} {:>10} {:>10} {:>14} {:>20} {:>8} {ratio:>12}",
+        "", "seconds", "iterations", "µs/(pose·it.)", "cost", "cosine"
+    );
+}
+
+/// Prints one program's or method's row.
+pub fn print_row(name: &str, poses: usize, row: &Row, ratio: &str) {
     let each = row.seconds * 1e6 / (poses * row.iterations.max(1)) as f64;
     println!(
-        "  {name:8} {:10.4} {:10} {each:14.2} {:20.9} {:8.1e} {ratio:>12}",
+        "  {name:19} {:10.4} {:10} {each:14.2} {:20.9} {:8.1e} {ratio:>12}",
         row.seconds, row.iterations, row.cost, row.cosine
     );
 }

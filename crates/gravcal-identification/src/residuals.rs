@@ -32,11 +32,9 @@ pub fn row_residuals(
     analysis: &RankAnalysis,
     count: usize,
 ) -> Result<Vec<RowResidual>, EvaluateError> {
-    let rows = problem.augmented_jacobian(values)?;
-    let leverages = analysis.leverages(&rows);
-    let width = problem.columns().len() + 1;
-    let residual = |(row, leverage): (&[f64], &f64)| RowResidual { whitened: row[width - 1], leverage: *leverage };
-    Ok(rows.chunks_exact(width).zip(&leverages).take(count).map(residual).collect())
+    let (leverages, residuals) = analysis.leverages(problem, values)?;
+    let residual = |(whitened, leverage)| RowResidual { whitened, leverage };
+    Ok(residuals.into_iter().zip(leverages).take(count).map(residual).collect())
 }
 
 #[cfg(test)]

@@ -14,11 +14,12 @@ use std::borrow::Cow;
 
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
+use rayon::prelude::*;
 
 use super::{RANK_TOLERANCE, SHADOW_TOLERANCE};
 use crate::eliminated_columns::EliminatedColumns;
 use crate::linearization::{Alike, Normal, Orthogonal, column_scales};
-use crate::problem::Rows;
+use crate::problem::{Chunk, Rows};
 use crate::{EvaluateError, Linearization, NormalEquations, Problem, Values};
 
 /// Eigenvalues of the scaled `JᵀJ` above this keep ten digits.
@@ -87,21 +88,40 @@ impl Decomposition {
         if null.is_empty() {
             return Ok(true);
         }
+        let of_chunk = |chunk: &Chunk| self.image_of_chunk(problem, values, null, chunk);
+        let parts: Vec<Result<Vec<_>, _>> = problem.structure().chunks.par_iter().map(of_chunk).collect();
         let mut squares = vec![[0.0; TOGETHER]; null.len().div_ceil(TOGETHER)];
+        for part in parts {
+            squares.as_flattened_mut().iter_mut().zip(part?.as_flattened()).for_each(|(sum, part)| *sum += part);
+        }
+        let Some(of_components) = self.image_of_components(problem, values, null) else { return Ok(false) };
+        let squares = squares.as_flattened().iter().zip(of_components.iter().chain(std::iter::repeat(&0.0)));
+        let largest = self.singular_values.first().copied().unwrap_or(0.0);
+        Ok(squares.into_iter().all(|(free, components)| (free + components).sqrt() <= RANK_TOLERANCE * largest))
+    }
+
+    /// What J makes of some directions in those rows of a chunk that belong to no component: the squares of the lengths.
+    fn image_of_chunk(
+        &self,
+        problem: &Problem,
+        values: &Values,
+        directions: &[Vec<f64>],
+        chunk: &Chunk,
+    ) -> Result<Vec<[f64; TOGETHER]>, EvaluateError> {
+        let structure = problem.structure();
+        let mut squares = vec![[0.0; TOGETHER]; directions.len().div_ceil(TOGETHER)];
         let mut rows = Rows::new(problem, values);
         let mut entries = Vec::new();
         // By list of columns, the steps along some directions at a time, column by column.
         let mut steps: Vec<Vec<Vec<[f64; TOGETHER]>>> = Vec::new();
         let mut shape = None;
-        let structure = problem.structure();
-        let free = structure.components.first().map_or(structure.order.len(), |first| first.factors.start);
-        let mut left = &structure.order[..free];
+        let mut left = structure.free_factors(chunk);
         while let Some(factor) = left.first().copied() {
             let (count, _) = rows.linearize_some(left)?;
             left = &left[count..];
-            if shape.replace(problem.structure().shape_of[factor]) != shape {
+            if shape.replace(structure.shape_of[factor]) != shape {
                 let of_list = |list: &Vec<usize>| {
-                    null.chunks(TOGETHER).map(|some| self.steps(some, &structure.shared, list)).collect()
+                    directions.chunks(TOGETHER).map(|some| self.steps(some, &structure.shared, list)).collect()
                 };
                 steps = problem.column_lists(factor).iter().map(of_list).collect();
             }
@@ -120,10 +140,7 @@ impl Decomposition {
                 }
             }
         }
-        let Some(of_components) = self.image_of_components(problem, values, null) else { return Ok(false) };
-        let squares = squares.as_flattened().iter().zip(of_components.iter().chain(std::iter::repeat(&0.0)));
-        let largest = self.singular_values.first().copied().unwrap_or(0.0);
-        Ok(squares.into_iter().all(|(free, components)| (free + components).sqrt() <= RANK_TOLERANCE * largest))
+        Ok(squares)
     }
 
     /// What J makes of some directions in the rows of components, after elimination: the squares of the lengths. `None` where that would

@@ -16,7 +16,6 @@ mod elimination;
 use std::sync::Arc;
 
 use faer::Mat;
-use rayon::prelude::*;
 
 use crate::eliminated_columns::{EliminatedColumns, Reduced};
 use crate::sparse_basis::sparse_basis;
@@ -291,36 +290,41 @@ impl RankAnalysis {
         self.unscale(&combine(determined, determined.iter().map(|v| dot(v)), step.len()))
     }
 
-    /// Sum of squares of each row of the scaled Jacobian's projector: how many of the fitted parameters each
-    /// row of `augmented` (as [`Problem::augmented_jacobian`] gives it) takes up. They sum to the rank.
-    pub fn leverages(&self, augmented: &[f64]) -> Vec<f64> {
+    /// Sum of squares of each row of the scaled Jacobian's projector: how many of the fitted parameters each row of `problem` takes up at
+    /// `values`, where this is its analysis. They sum to the rank. Beside them the rows' whitened residuals.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated there.
+    pub fn leverages(&self, problem: &Problem, values: &Values) -> Result<(Vec<f64>, Vec<f64>), EvaluateError> {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
-        let leverage = |along: &mut Vec<f64>, row: &[f64]| {
-            let reduced = self.eliminated.reduce(entries(row));
-            directions.along(&reduced.shared, along);
-            along.iter().map(|along| along.powi(2)).sum::<f64>() + reduced.own_covariance(&reduced)
-        };
-        let rows = augmented.par_chunks_exact(self.column_scales.len() + 1);
-        rows.map_init(|| vec![0.0; directions.count], leverage).collect()
-    }
-
-    /// The rows of `augmented` in an orthonormal basis of what its columns span.
-    pub(crate) fn basis_rows(&self, augmented: &[f64]) -> BasisRows {
-        let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
-        let rows = augmented.par_chunks_exact(self.column_scales.len() + 1);
-        let in_basis = rows.map(|row| {
+        problem.made_of_rows(values, 1, |row, leverage| {
             let reduced = self.eliminated.reduce(entries(row));
             let mut along = vec![0.0; directions.count];
             directions.along(&reduced.shared, &mut along);
-            (along, self.eliminated.own_entries(&reduced))
-        });
-        let (shared, eliminated): (Vec<Vec<f64>>, Vec<_>) = in_basis.unzip();
-        BasisRows {
+            leverage[0] = along.iter().map(|along| along.powi(2)).sum::<f64>() + reduced.own_covariance(&reduced);
+            row[row.len() - 1]
+        })
+    }
+
+    /// The rows of `problem` in an orthonormal basis of what its columns span.
+    ///
+    /// # Errors
+    /// As [`RankAnalysis::leverages`].
+    pub(crate) fn basis_rows(&self, problem: &Problem, values: &Values) -> Result<BasisRows, EvaluateError> {
+        let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
+        let (shared, others) = problem.made_of_rows(values, directions.count, |row, along| {
+            let reduced = self.eliminated.reduce(entries(row));
+            directions.along(&reduced.shared, along);
+            (self.eliminated.own_entries(&reduced), row[row.len() - 1])
+        })?;
+        let (eliminated, residuals): (Vec<_>, Vec<f64>) = others.into_iter().unzip();
+        Ok(BasisRows {
             rank: directions.count,
-            shared: shared.concat(),
+            shared,
             eliminated: if self.has_eliminated() { eliminated } else { Vec::new() },
             own: self.eliminated.count(),
-        }
+            residuals,
+        })
     }
 
     fn unscale(&self, direction: &[f64]) -> Vec<f64> {
@@ -366,6 +370,8 @@ pub(crate) struct BasisRows {
     pub eliminated: Vec<Vec<(usize, f64)>>,
     /// How many of these there are.
     pub own: usize,
+    /// Whitened residuals.
+    pub residuals: Vec<f64>,
 }
 
 /// `aᵀ M b`.

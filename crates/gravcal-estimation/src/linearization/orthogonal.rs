@@ -212,10 +212,9 @@ fn factor_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Par
     let mut rows = Rows::new(problem, values);
     let mut part = Part { cost: 0.0, triangle: Triangle::new(structure.shared.len() + 1), components: Vec::new() };
     let components = &structure.components[chunk.components.clone()];
-    let free_end = components.first().map_or(chunk.factors.end, |first| first.factors.start);
     let mut compact = Vec::new();
     let mut wide = vec![0.0; structure.shared.len() + 1];
-    for factor in &structure.order[chunk.factors.start..free_end] {
+    for factor in structure.free_factors(chunk) {
         part.cost += rows.linearize(*factor, true)?;
         rows.check_jacobian(*factor)?;
         for (row, plan) in problem.plans(*factor).iter().enumerate() {

@@ -37,9 +37,16 @@ impl Problem {
     /// # Errors
     /// As [`Problem::residuals`].
     pub fn cost(&self, values: &Values) -> Result<f64, EvaluateError> {
-        let residuals = self.residuals(values)?;
-        let of_factor = |(index, factor): (usize, &Factor)| factor.cost(&residuals[self.rows_of(index)]);
-        Ok(self.factors.iter().enumerate().map(of_factor).sum::<f64>() + Pull::of(self, values).cost())
+        let of_factors = self.for_each_batch(values, &mut [], 0, |rows, mut factors, _| {
+            let mut costs = Vec::with_capacity(factors.len());
+            while !factors.is_empty() {
+                let (some, rest) = factors.split_at(rows.evaluate_some(factors)?);
+                costs.extend(rows.costs(some));
+                factors = rest;
+            }
+            Ok(costs)
+        })?;
+        Ok(of_factors.iter().flatten().sum::<f64>() + Pull::of(self, values).cost())
     }
 
     /// Why the cost is zero, infinite or no number where it should be neither, in words: the factor that says most to it.
@@ -91,6 +98,37 @@ impl Problem {
         Ok(out)
     }
 
+    /// What becomes of each whitened row `[J r]`, before any loss: `width` numbers that `make` writes, one row after another, and what it
+    /// gives. The rows themselves are kept nowhere.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub(crate) fn made_of_rows<T: Send>(
+        &self,
+        values: &Values,
+        width: usize,
+        make: impl Fn(&[f64], &mut [f64]) -> T + Sync,
+    ) -> Result<(Vec<f64>, Vec<T>), EvaluateError> {
+        let mut written = vec![0.0; self.rows() * width];
+        let given = self.for_each_batch(values, &mut written, width, |rows, factors, mut out| {
+            let mut whole = vec![0.0; self.columns.len() + 1];
+            let mut given = Vec::new();
+            for factor in factors {
+                rows.linearize(*factor, false)?;
+                rows.check_jacobian(*factor)?;
+                for row in 0..self.rows_of(*factor).len() {
+                    let (own, rest) = out.split_at_mut(width);
+                    whole.fill(0.0);
+                    rows.scatter(*factor, row, &mut whole);
+                    given.push(make(&whole, own));
+                    out = rest;
+                }
+            }
+            Ok(given)
+        })?;
+        Ok((written, given.into_iter().flatten().collect()))
+    }
+
     /// `Jᵀ u` of the whitened Jacobian, before any loss, one entry a column; `u` has one a row.
     ///
     /// # Errors
@@ -108,10 +146,16 @@ impl Problem {
         Ok(product)
     }
 
-    /// Runs `task` on batches of factors in parallel, each writing only its own rows of `width` numbers.
-    fn for_each_batch<F>(&self, values: &Values, out: &mut [f64], width: usize, task: F) -> Result<(), EvaluateError>
+    /// Runs `task` on batches of factors in parallel, each writing only its own rows of `width` numbers; gives what they give, in order.
+    fn for_each_batch<T: Send, F>(
+        &self,
+        values: &Values,
+        out: &mut [f64],
+        width: usize,
+        task: F,
+    ) -> Result<Vec<T>, EvaluateError>
     where
-        F: Fn(&mut Rows<'_>, &[usize], &mut [f64]) -> Result<(), EvaluateError> + Sync,
+        F: Fn(&mut Rows<'_>, &[usize], &mut [f64]) -> Result<T, EvaluateError> + Sync,
     {
         let mut batches = Vec::new();
         let mut rest = out;
@@ -125,7 +169,7 @@ impl Problem {
             task(&mut Rows::new(self, values), &factors.collect::<Vec<_>>(), out)
         };
         // The first error in the order of the factors, whichever task met its own first.
-        let outcomes: Vec<Result<(), EvaluateError>> = if batches.len() < 4 {
+        let outcomes: Vec<Result<T, EvaluateError>> = if batches.len() < 4 {
             batches.into_iter().map(run).collect()
         } else {
             batches.into_par_iter().map(run).collect()
@@ -232,6 +276,12 @@ impl<'a> Rows<'a> {
         Ok(1)
     }
 
+    /// Costs of the factors whose residuals are loaded.
+    fn costs(&self, factors: &[usize]) -> impl Iterator<Item = f64> {
+        let own = self.residual.chunks_exact((self.residual.len() / factors.len()).max(1));
+        factors.iter().zip(own).map(|(factor, own)| self.problem.factors[*factor].cost(own))
+    }
+
     fn evaluate(&mut self, factor: usize) -> Result<(), EvaluateError> {
         self.load_values(factor);
         let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
@@ -271,12 +321,8 @@ impl<'a> Rows<'a> {
             _ => return Ok((1, self.linearize(factors[0], true)?)),
         };
         self.scales.clear();
-        let (rows, width) = (self.residual_lanes.len(), self.width);
-        let mut cost = 0.0;
-        for (factor, start) in some.iter().zip((0..).step_by(rows)) {
-            cost += self.problem.factors[*factor].cost(&self.residual[start..start + rows]);
-            self.scale(*factor, width, true);
-        }
+        let cost = self.costs(some).sum();
+        some.iter().for_each(|factor| self.scale(*factor, self.width, true));
         Ok((LANES, cost))
     }
 

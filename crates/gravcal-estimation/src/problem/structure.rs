@@ -128,6 +128,12 @@ impl Structure {
         Structure { shared, places, spheres, shapes, shape_of, components, kinds, order, chunks }
     }
 
+    /// Those factors of a chunk that belong to no component.
+    pub fn free_factors(&self, chunk: &Chunk) -> &[usize] {
+        let first = self.components[chunk.components.clone()].first();
+        &self.order[chunk.factors.start..first.map_or(chunk.factors.end, |first| first.factors.start)]
+    }
+
     /// The first factor of each shape.
     pub fn first_of_shapes(&self) -> impl Iterator<Item = usize> {
         (0..self.shapes.len()).filter_map(|shape| self.shape_of.iter().position(|of| *of == shape))

@@ -46,16 +46,13 @@ impl<'a> Projected<'a> {
     pub fn new(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
         solution.without_eliminated()?;
         let directions = solution.analysis.determined_directions();
-        let augmented = solution.problem.augmented_jacobian(solution.values)?;
-        let width = solution.problem.columns().len() + 1;
+        let columns = solution.problem.columns().len();
         let project = |row: &[f64]| directions.iter().map(|direction| dot(row, direction)).collect();
-        Ok(Projected {
-            problem: solution.problem,
-            rows: augmented.chunks_exact(width).map(|row| project(&row[..width - 1])).collect(),
-            residuals: augmented.chunks_exact(width).map(|row| row[width - 1]).collect(),
-            eliminated: Vec::new(),
-            directions,
-        })
+        let (_, rows) = solution.problem.made_of_rows(solution.values, 0, |row, _| {
+            (project(&row[..columns]), row[columns])
+        })?;
+        let (rows, residuals) = rows.into_iter().unzip();
+        Ok(Projected { problem: solution.problem, rows, residuals, eliminated: Vec::new(), directions })
     }
 
     /// The same of a problem that may have eliminated blocks, of its shared columns, if no loss forgives anything there.

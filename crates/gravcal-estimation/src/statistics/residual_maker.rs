@@ -42,22 +42,19 @@ impl ResidualMaker {
     /// # Errors
     /// Where a residual cannot be evaluated.
     pub fn new(solution: &Solution<'_>) -> Result<ResidualMaker, EvaluateError> {
-        let augmented = solution.problem.augmented_jacobian(solution.values)?;
-        let width = solution.problem.columns().len() + 1;
-        let residuals = augmented.chunks_exact(width).map(|row| row[width - 1]).collect();
-        let basis = solution.analysis.basis_rows(&augmented);
+        let basis = solution.analysis.basis_rows(solution.problem, solution.values)?;
         let mut maker = ResidualMaker {
             rank: basis.rank,
             shared: basis.shared,
             eliminated: basis.eliminated,
             own: basis.own,
             added: Vec::new(),
-            residuals,
+            residuals: basis.residuals,
         };
         // Where a solver stopped, or the reference pulled, a little is left along the Jacobian.
-        let mut cleared = std::mem::take(&mut maker.residuals);
+        let mut cleared = [maker.residuals.clone()];
         maker.apply(&mut cleared);
-        maker.residuals = cleared;
+        [maker.residuals] = cleared;
         Ok(maker)
     }
 
@@ -66,21 +63,29 @@ impl ResidualMaker {
         &self.residuals
     }
 
-    /// Turns `z` into `M z`.
-    pub fn apply(&self, z: &mut [f64]) {
-        let mut along = vec![0.0; self.rank];
-        let mut own = vec![0.0; self.own];
-        for (row, z) in z.iter().enumerate().filter(|(_, z)| **z != 0.0) {
-            along.iter_mut().zip(self.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
-            self.eliminated_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
+    /// Turns each column `z` into `M z`: together, as each asks for all of `U`, and more time is spent on fetching that than on what is done
+    /// with it.
+    pub fn apply(&self, columns: &mut [Vec<f64>]) {
+        let mut along = vec![vec![0.0; self.rank]; columns.len()];
+        let mut own = vec![vec![0.0; self.own]; columns.len()];
+        for row in 0..self.residuals.len() {
+            let sums = along.iter_mut().zip(&mut own).zip(columns.iter().map(|z| z[row]));
+            for ((along, own), z) in sums.filter(|(_, z)| *z != 0.0) {
+                along.iter_mut().zip(self.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
+                self.eliminated_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
+            }
         }
-        z.par_iter_mut().with_min_len(LEAST_ROWS).enumerate().for_each(|(row, z)| {
-            *z -= dot(&along, self.shared_of(row));
-            *z -= self.eliminated_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
-        });
+        for row in 0..self.residuals.len() {
+            for ((along, own), z) in along.iter().zip(&own).zip(columns.iter_mut().map(|z| &mut z[row])) {
+                *z -= dot(along, self.shared_of(row));
+                *z -= self.eliminated_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
+            }
+        }
         for unit in &self.added {
-            let share = dot(unit, z);
-            z.iter_mut().zip(unit).for_each(|(z, u)| *z -= share * u);
+            for z in columns.iter_mut() {
+                let share = dot(unit, z);
+                z.iter_mut().zip(unit).for_each(|(z, u)| *z -= share * u);
+            }
         }
     }
 
@@ -94,6 +99,11 @@ impl ResidualMaker {
         let eliminated: f64 = self.eliminated_of(i).iter().map(same).sum();
         let added: f64 = self.added.iter().map(|unit| unit[i] * unit[j]).sum();
         f64::from(i == j) - shared - eliminated - added
+    }
+
+    /// Those of its diagonal, row by row.
+    pub fn diagonal(&self) -> Vec<f64> {
+        (0..self.residuals.len()).into_par_iter().with_min_len(LEAST_ROWS).map(|row| self.entry(row, row)).collect()
     }
 
     /// The same where terms are estimated too: unit vectors, perpendicular to each other, that `apply` left.
@@ -146,8 +156,9 @@ mod tests {
         let square = |t: usize| (t * t) as f64;
         let without = fit(line(&Y));
         let maker = maker(&without.solution());
-        let mut w: Vec<f64> = (0..Y.len()).map(square).collect();
-        maker.apply(&mut w);
+        let mut columns = [(0..Y.len()).map(square).collect()];
+        maker.apply(&mut columns);
+        let [w] = columns;
         let (along, length) = (dot(&w, maker.residuals()), dot(&w, &w));
 
         let mut builder = crate::ProblemBuilder::new();
@@ -177,11 +188,11 @@ mod tests {
         let spectra = [RankAnalysis::new(&plain, &values).unwrap(), RankAnalysis::new(&eliminated, &values).unwrap()];
         let [a, b] = [(&plain, &spectra[0]), (&eliminated, &spectra[1])]
             .map(|(problem, analysis)| maker(&Solution { problem, values: &values, analysis }));
-        let mut z: Vec<f64> = (0..plain.rows()).map(|i| ((i * i * 31 + 7 * i) % 97) as f64 - 48.0).collect();
+        let mut z = [(0..plain.rows()).map(|i| ((i * i * 31 + 7 * i) % 97) as f64 - 48.0).collect::<Vec<f64>>()];
         let mut other = z.clone();
         a.apply(&mut z);
         b.apply(&mut other);
-        assert!(z.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-6), "{z:?} {other:?}");
+        assert!(z[0].iter().zip(&other[0]).all(|(a, b)| (a - b).abs() < 1e-6), "{z:?} {other:?}");
         let entries = (0..plain.rows()).map(|i| (i, (7 * i + 3) % plain.rows()));
         assert!(entries.into_iter().all(|(i, j)| (a.entry(i, j) - b.entry(i, j)).abs() < 1e-9));
     }

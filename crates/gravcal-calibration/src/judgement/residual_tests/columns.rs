@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::EvaluateError;
+use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{Pose, Session};
 
@@ -65,7 +65,7 @@ impl<'a> Columns<'a> {
         };
         let times: Option<Vec<f64>> = session.poses.iter().map(|pose| pose.conditions.time).collect();
         let times = times.filter(|times| times.iter().any(|time| *time != times[0]));
-        let slopes = joints.map(slope).collect::<Result<_, _>>()?;
+        let slopes = in_parallel(joints, slope).into_iter().collect::<Result<_, _>>()?;
         let predictions = delayed::predictions(session, solved)?;
         Ok(Columns { session, solved, rows, slopes, torques: solved.standing_torques(session)?, times, predictions })
     }

@@ -31,7 +31,5 @@ pub fn of_estimate(found: OfReadings, rows: &Rows, channel: usize, column: &[f64
         coefficients: vec![found.size],
         in_noise: found.size.abs() * largest.sqrt(),
         gain: statistic,
-        // The fit has it already.
-        terms: Vec::new(),
     })
 }

@@ -34,8 +34,8 @@ mod score;
 mod tests;
 mod words;
 
-use gravcal_estimation::Loss;
 use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, moved_by};
+use gravcal_estimation::{Loss, in_parallel};
 use gravcal_recording::file_name;
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
@@ -103,12 +103,11 @@ pub(crate) fn residual_tests(
     Ok(ResidualTests { tests, moved: moved_by(&solution, &missing)? })
 }
 
-/// A test with what would take its term into the model.
+/// A test with what it is of.
 struct Tested {
     test: ResidualTest,
     candidate: Candidate,
     gain: f64,
-    terms: Vec<Vec<f64>>,
     /// Of each column of the term.
     coefficients: Vec<f64>,
 }
@@ -135,8 +134,7 @@ impl Tests<'_> {
     fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
         let mut named: Vec<ResidualTest> = Vec::new();
         let (mut missing, mut lacking) = (Vec::new(), 0);
-        let mut neighbours: Vec<Option<Neighbours>> =
-            (0..rows.channels()).map(|channel| Neighbours::of(&maker, &rows, channel)).collect();
+        let mut neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
         let mut found = self.tested(&maker, &rows, &neighbours, &self.candidates(&maker, &rows));
         loop {
             let weight = weights(&found);
@@ -156,9 +154,10 @@ impl Tests<'_> {
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
-            if !first.terms.is_empty() {
+            let terms = self.lacking(&maker, &first.candidate);
+            if !terms.is_empty() {
                 lacking += 1;
-                for term in &first.terms {
+                for term in &terms {
                     for (channel, known) in neighbours.iter_mut().enumerate() {
                         *known = known.take().and_then(|known| known.with(&maker, &rows, channel, term));
                     }
@@ -180,6 +179,26 @@ impl Tests<'_> {
         }
     }
 
+    /// What the model lacks that has not what a candidate says, as unit vectors perpendicular to each other.
+    fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
+        match candidate {
+            Candidate::Neighbours(_) => Vec::new(),
+            Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
+            Candidate::Term(channel, term) => lacking(maker, &self.columns.of(*channel, term)),
+            // Joints do not bend alike: the model takes up what each does.
+            Candidate::Together(term) => lacking(maker, &self.columns.of_each_joint(term)),
+        }
+    }
+
+    /// Whether a term is an unknown of the fit.
+    fn is_in_fit(&self, channel: usize, term: &Term) -> bool {
+        match term {
+            Term::Direction => self.solved.has_friction_at_rest(channel),
+            Term::Compliance => self.solved.has_bending(channel),
+            _ => false,
+        }
+    }
+
     /// Those that can be tested.
     fn tested(
         &self,
@@ -188,7 +207,8 @@ impl Tests<'_> {
         neighbours: &[Option<Neighbours>],
         candidates: &[Candidate],
     ) -> Vec<Tested> {
-        candidates.iter().filter_map(|candidate| self.test(maker, rows, neighbours, candidate)).collect()
+        let test = |candidate| self.test(maker, rows, neighbours, candidate);
+        in_parallel(candidates, test).into_iter().flatten().collect()
     }
 
     fn candidates(&self, maker: &ResidualMaker, rows: &Rows) -> Vec<Candidate> {
@@ -259,20 +279,11 @@ impl Tests<'_> {
                     named: false,
                     spoils_intervals: false,
                 };
-                Some(Tested {
-                    test,
-                    candidate: candidate.clone(),
-                    gain: 0.0,
-                    terms: Vec::new(),
-                    coefficients: Vec::new(),
-                })
+                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, coefficients: Vec::new() })
             }
             Candidate::Together(term) => {
-                let each = self.columns.of_each_joint(term);
-                let scored = score(maker, rows, neighbours, &[sum(&each)])?;
-                // Joints do not bend alike: the model takes up what each does.
-                let terms = lacking(maker, &each);
-                let tested = self.report(0, term, Score { terms, ..scored });
+                let scored = score(maker, rows, neighbours, &[sum(&self.columns.of_each_joint(term))])?;
+                let tested = self.report(0, term, scored);
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
             }
@@ -293,7 +304,7 @@ impl Tests<'_> {
     }
 
     fn report(&self, channel: usize, term: &Term, scored: Score) -> Tested {
-        let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain, terms } = scored;
+        let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain } = scored;
         let unit = self.session.channel_unit(channel);
         let amplitude = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
         let first = coefficients.first().copied().unwrap_or(0.0);
@@ -331,7 +342,7 @@ impl Tests<'_> {
             named: false,
             spoils_intervals: false,
         };
-        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms, coefficients }
+        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, coefficients }
     }
 
     fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {

@@ -71,9 +71,9 @@ impl Neighbours {
                 beside[*i] += 0.5 * term[*j];
                 beside[*j] += 0.5 * term[*i];
             }
-            let mut left = beside.clone();
+            let mut left = [beside.clone()];
             maker.apply(&mut left);
-            let both: f64 = beside.iter().zip(&left).map(|(a, b)| a * b).sum();
+            let both: f64 = beside.iter().zip(&left[0]).map(|(a, b)| a * b).sum();
             self.twice - 2.0 * both + product * product
         } else {
             of_many(own.len(), pairs.len(), freedom)

@@ -53,8 +53,8 @@ impl Rows {
     /// To be done again where the residual maker is another.
     pub fn count_freedom(&mut self, maker: &ResidualMaker) {
         self.freedom = vec![0.0; self.owners()];
-        for (row, owner) in self.owner.iter().enumerate() {
-            self.freedom[*owner] += maker.entry(row, row).max(0.0);
+        for (owner, entry) in self.owner.iter().zip(maker.diagonal()) {
+            self.freedom[*owner] += entry.max(0.0);
         }
     }
 

@@ -49,8 +49,6 @@ pub struct Score {
     pub in_noise: f64,
     /// By how much χ² falls.
     pub gain: f64,
-    /// What the model lacks, as unit vectors perpendicular to each other.
-    pub terms: Vec<Vec<f64>>,
 }
 
 /// Tests columns together; nothing where the model has them already, or too little is left to tell their size.
@@ -92,7 +90,6 @@ pub fn score(
         coefficients: coefficients(&left, r),
         in_noise: scatter.largest_rms(rows, &seen),
         gain: along.norm_squared(),
-        terms,
     })
 }
 
@@ -101,27 +98,28 @@ pub fn lacking(maker: &ResidualMaker, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
     orthonormal(&left_of(maker, columns))
 }
 
-fn left_of(maker: &ResidualMaker, columns: &[Vec<f64>]) -> Vec<Left> {
-    columns.iter().map(|column| Left::of(maker, column)).collect()
-}
-
 /// What a fit leaves of a column of unit length; nothing where that is too little.
 struct Left {
     length: f64,
     left: Option<Vec<f64>>,
 }
 
-impl Left {
-    fn of(maker: &ResidualMaker, column: &[f64]) -> Left {
-        let length = dot(column, column).sqrt();
-        if length <= 0.0 || !length.is_finite() {
-            return Left { length, left: None };
-        }
-        let mut left: Vec<f64> = column.iter().map(|z| z / length).collect();
-        maker.apply(&mut left);
-        let enough = dot(&left, &left) > EXPLAINED;
-        Left { length, left: enough.then_some(left) }
-    }
+fn left_of(maker: &ResidualMaker, columns: &[Vec<f64>]) -> Vec<Left> {
+    let lengths: Vec<f64> = columns.iter().map(|column| dot(column, column).sqrt()).collect();
+    let unit = |(column, length): (&Vec<f64>, &f64)| {
+        let has_direction = *length > 0.0 && length.is_finite();
+        has_direction.then(|| column.iter().map(|z| z / length).collect())
+    };
+    let units: Vec<Option<Vec<f64>>> = columns.iter().zip(&lengths).map(unit).collect();
+    let has_direction: Vec<bool> = units.iter().map(Option::is_some).collect();
+    let mut left: Vec<Vec<f64>> = units.into_iter().flatten().collect();
+    maker.apply(&mut left);
+    let mut left = left.into_iter();
+    let of_column = |(length, has_direction): (f64, bool)| {
+        let left = if has_direction { left.next() } else { None };
+        Left { length, left: left.filter(|left| dot(left, left) > EXPLAINED) }
+    };
+    lengths.into_iter().zip(has_direction).map(of_column).collect()
 }
 
 /// Gram and Schmidt; columns that others make superfluous are left out.

@@ -127,10 +127,9 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
     let mut sums = Sums::new(structure.shared.len());
     let mut batches: Vec<Vec<Batch<'_>>> = structure.shapes.iter().map(|_| Vec::new()).collect();
     let components = &structure.components[chunk.components.clone()];
-    let free_end = components.first().map_or(chunk.factors.end, |first| first.factors.start);
     let mut shape = None;
     let mut spare = Vec::new();
-    let mut free = &structure.order[chunk.factors.start..free_end];
+    let mut free = structure.free_factors(chunk);
     while let Some(factor) = free.first() {
         let (count, cost) = rows.linearize_some(free)?;
         sums.cost += cost;
