@@ -62,7 +62,8 @@ impl LinearPart {
     /// # Errors
     /// As [`LinearPart::follow`].
     pub fn optimum(&self, values: Values, solver: &'static str) -> Result<Option<Values>, Unsupported> {
-        let Ok(mut here) = Point::new(&self.problem, values, Vec::new()) else { return Ok(None) };
+        let Ok(here) = Point::new(&self.problem, values, Vec::new()) else { return Ok(None) };
+        let mut here = here.for_cost_alone();
         let (step, predicted) = here.full_step();
         let there = here.attempt(&step, predicted);
         match there.actual.is_finite() {

@@ -7,7 +7,7 @@ use gravcal_estimation::{
 use crate::clarabel::{ConstrainedStep, Optimality, active_constraints, settle};
 use crate::stopping::StoppingRules;
 
-/// Damping of the full step, relative to the column norms: see [`Point::full_step`].
+/// Damping of the fullest step, relative to the column norms: see [`Point::fullest_step`].
 pub(crate) const FAINT_DAMPING: f64 = 1e-14;
 /// Damping of the step whose promise tells how far off the minimum is, and the better of two points where their costs are the same but
 /// for rounding.
@@ -36,11 +36,11 @@ pub struct Point<'p> {
     /// D: the largest norm that each column of J has had so far (Moré, *The Levenberg-Marquardt algorithm:
     /// implementation and theory*, 1978, eq. 6.3).
     pub scaling: Vec<f64>,
-    /// The full step and its promise, once they were asked for.
-    full: Option<(Vec<f64>, f64)>,
+    /// The fullest step and its promise, once they were asked for.
+    fullest: Option<(Vec<f64>, f64)>,
     /// How far it is from optimal, once that was asked for; only under constraints.
     optimality: Option<Optimality>,
-    /// Whether a step from here was refused.
+    /// Whether a step from here was refused, or none will be taken: the derivatives where steps lead are then not asked for.
     refused: bool,
 }
 
@@ -91,7 +91,7 @@ impl<'p> Point<'p> {
         let scales = linearization.column_scales();
         scaling.resize(scales.len(), 0.0);
         scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
-        Ok(Point { problem, values, linearization, scaling, full: None, optimality: None, refused: false })
+        Ok(Point { problem, values, linearization, scaling, fullest: None, optimality: None, refused: false })
     }
 
     /// The cost here.
@@ -161,9 +161,9 @@ impl<'p> Point<'p> {
     /// The step to the minimum of the linear model (Gauss-Newton), and the reduction of the cost that it promises. Where J
     /// has lost rank it is the shortest such step, in scaled coordinates.
     ///
-    /// It is had from a damping λ = 1e-14, which lies above the rounding errors of `JᵀJ` (1e-16), so that there is a
-    /// factorization, and below what readings determine: the step along a direction 1e6 times weaker than the columns is
-    /// shortened by a tenth, which the next step makes up for. What rounding puts along a direction without information is
+    /// It is had from the least damping λ that the linearization bears as it is: 1e-10 for normal equations, so that the step along a
+    /// direction 1e4 times weaker than the columns is shortened by a tenth, which the next step makes up for. To go further takes an orthogonal
+    /// factorization, several times the work of all else in an iteration. What rounding puts along a direction without information is
     /// inversely proportional to λ, so the extrapolation `(10 δ(10 λ) − δ(λ)) / 9` is free of it.
     ///
     /// Only where the damping outweighs the model, `λ ‖D δ‖² > ‖J δ‖²`, though there is cost to be gained, is the model
@@ -172,11 +172,23 @@ impl<'p> Point<'p> {
     /// Under constraints it is the best of the steps that obey them; where the conic programme has no answer, none, with an
     /// infinite promise.
     pub fn full_step(&mut self) -> (Vec<f64>, f64) {
-        if let Some(full) = &self.full {
-            return full.clone();
+        match &self.fullest {
+            Some(known) => known.clone(),
+            None => self.full_step_from(self.linearization.least_damping()),
         }
+    }
+
+    /// The same from a damping of 1e-14, which lies above the rounding errors of `JᵀJ` (1e-16), so that there is a factorization, and below
+    /// what readings determine: the step along a direction 1e6 times weaker than the columns is shortened by a tenth.
+    pub(crate) fn fullest_step(&mut self) -> (Vec<f64>, f64) {
+        if self.fullest.is_none() {
+            self.fullest = Some(self.full_step_from(FAINT_DAMPING));
+        }
+        self.full_step()
+    }
+
+    fn full_step_from(&mut self, mut lambda: f64) -> (Vec<f64>, f64) {
         let scales = self.linearization.column_scales();
-        let mut lambda = FAINT_DAMPING;
         loop {
             let (less, _) = self.damped_step(lambda);
             let (more, gain) = self.damped_step(10.0 * lambda);
@@ -188,7 +200,7 @@ impl<'p> Point<'p> {
             if !outweighs || gain <= NEAR_COST * self.cost() || lambda < FAINTEST_DAMPING {
                 let step: Vec<f64> = less.iter().zip(&more).map(|(less, more)| (10.0 * more - less) / 9.0).collect();
                 let predicted = self.predicted(&step);
-                return self.full.insert((step, predicted)).clone();
+                return (step, predicted);
             }
             lambda *= 0.01;
         }
@@ -217,6 +229,11 @@ impl<'p> Point<'p> {
             rounding: self.rounding(),
             there,
         }
+    }
+
+    /// Steps from here are looked at for their cost alone: none is taken, or most are refused.
+    pub(crate) fn for_cost_alone(self) -> Point<'p> {
+        Point { refused: true, ..self }
     }
 
     /// The point at `values`, next after this one.
@@ -286,11 +303,11 @@ impl<'p> Point<'p> {
         (ROUNDING * (1.0 + self.size() / residual)).min(MOST_ROUNDING)
     }
 
-    /// Whether the minimum of the linear model is as good as reached: the full step is short (1e-8), or what it promises is
+    /// Whether the minimum of the linear model is as good as reached: the fullest step is short (1e-8), or what it promises is
     /// next to nothing: `‖J δ‖ ≤ 1e-6 ‖r‖`, after the relative offset of Bates and Watts (*Technometrics* 23, 1981), who are
     /// content with 1e-3.
     pub fn at_model_minimum(&mut self) -> bool {
-        let (step, predicted) = self.full_step();
+        let (step, predicted) = self.fullest_step();
         predicted <= NEAR_COST * self.cost() || predicted.is_finite() && self.relative_length(&step) <= NEAR_STEP
     }
 

@@ -2,6 +2,10 @@
 
 use super::normal_equations::NormalEquations;
 
+/// Damping that an orthogonal factorization bears: above the rounding errors of `JᵀJ` (1e-16), so that there is a factorization, and below
+/// what readings determine.
+const FAINT_DAMPING: f64 = 1e-14;
+
 /// A problem linearized at one point.
 pub trait Linearization {
     /// Cost there: ½ ‖r‖², or ½ Σ ρ with losses.
@@ -16,6 +20,11 @@ pub trait Linearization {
     }
     /// Minimises `½ ‖J δ + r‖² + ½ λ ‖diag(scaling) δ‖²` and writes `δ`.
     fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo;
+
+    /// The least damping, relative to the column norms, at which steps keep their digits with the effort that was spent so far.
+    fn least_damping(&self) -> f64 {
+        FAINT_DAMPING
+    }
 
     /// `‖J v‖²`.
     fn image_norm_squared(&self, v: &[f64]) -> f64;

@@ -34,7 +34,7 @@ use crate::{EvaluateError, Problem, Values};
 pub(crate) use alike::Alike;
 use alike::{EliminatedSums, runs_among};
 use components::{COMPONENTS_PER_BATCH, Complement, ComponentSums};
-use pivots::keeps_digits;
+use pivots::{LEAST_DAMPING, keeps_digits};
 use sums::{Sums, sum_chunk};
 
 /// Batches of components whose complements are kept apart, so that they can run on any thread.
@@ -263,6 +263,10 @@ impl Linearization for Normal<'_> {
             step.fill(0.0);
             StepInfo { predicted_reduction: 0.0 }
         })
+    }
+
+    fn least_damping(&self) -> f64 {
+        self.orthogonal.as_ref().map_or(LEAST_DAMPING, Linearization::least_damping)
     }
 
     fn image_norm_squared(&self, v: &[f64]) -> f64 {
