@@ -53,10 +53,9 @@ impl Answer {
         known: Option<&State>,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Answer, EstimateError> {
-        let solved = solve(session, readings, known, environment)?
-            .near_declared(session, environment)
-            .with_nearby(session, environment)?
-            .with_profiles(session, environment)?;
+        let solved = solve(session, readings, known, environment)?.near_declared(session, environment);
+        environment.report("judging what is determined");
+        let solved = solved.with_nearby(session, environment)?.with_profiles(session, environment)?;
         // What was stopped on its way explains the readings badly whatever the model.
         let unexplained = solved.unexplained_sizes(session)?;
         let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
@@ -66,6 +65,7 @@ impl Answer {
         if solved.freedom_of_noise(session).is_some() {
             judgement.leave_unsaid(session.parameters().into_iter().map(Asked::from).chain([Asked::Gravity]));
         }
+        environment.report("judging residuals");
         // What readings determine they determine; a term that the model lacks widens its interval.
         let ResidualTests { tests, moved } = residual_tests(session, &solved, &reported)?;
         let solved = solved.widened_by(&moved);

@@ -30,6 +30,7 @@ pub(super) fn add_readings(
     let mut models = Models::new(session, variables, positions);
     let mut rows = Vec::with_capacity(readings.count());
     let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
+    let mut single: Option<Arc<dyn Residual>> = None;
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
         std.clear();
         std.extend(used.iter().map(|channel| readings.std(session, pose, *channel)));
@@ -38,7 +39,12 @@ pub(super) fn add_readings(
             Some((alike, noise)) if *alike == std => noise.clone(),
             _ => last.insert((std.clone(), Noise::independent(&std)?)).1.clone(),
         };
-        let residual = once(models.residual(pose, used, |id| builder.block(id).len()), builder);
+        let mut residual = models.residual(pose, used, |id| builder.block(id).len());
+        // Most poses read the very same blocks as the one before.
+        if single.as_ref().is_none_or(|single| !std::ptr::eq(single.blocks(), residual.blocks())) {
+            residual = once(residual, builder);
+            single = Some(Arc::clone(&residual));
+        }
         let residual = around.residual(pose, residual);
         let residual = match &variables.at_rest {
             Some(at_rest) => at_rest::around((session, variables, &stored), at_rest, pose, residual),

@@ -48,9 +48,8 @@ impl<'a> Projected<'a> {
         let directions = solution.analysis.determined_directions();
         let columns = solution.problem.columns().len();
         let project = |row: &[f64]| directions.iter().map(|direction| dot(row, direction)).collect();
-        let (_, rows) = solution.problem.made_of_rows(solution.values, 0, |row, _| {
-            (project(&row[..columns]), row[columns])
-        })?;
+        let (_, rows) =
+            solution.problem.made_of_rows(solution.values, 0, |row, _| (project(&row[..columns]), row[columns]))?;
         let (rows, residuals) = rows.into_iter().unzip();
         Ok(Projected { problem: solution.problem, rows, residuals, eliminated: Vec::new(), directions })
     }

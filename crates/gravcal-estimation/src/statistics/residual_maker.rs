@@ -10,6 +10,7 @@
 //! if the term were estimated too (Rao's score test; Frisch and Waugh, 1933), without solving again. Eliminated blocks enter by what follows
 //! the shared columns and what is their own, so that no matrix of all columns is made. **Assumptions.** No loss.
 
+use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
 use super::Solution;
@@ -66,21 +67,7 @@ impl ResidualMaker {
     /// Turns each column `z` into `M z`: together, as each asks for all of `U`, and more time is spent on fetching that than on what is done
     /// with it.
     pub fn apply(&self, columns: &mut [Vec<f64>]) {
-        let mut along = vec![vec![0.0; self.rank]; columns.len()];
-        let mut own = vec![vec![0.0; self.own]; columns.len()];
-        for row in 0..self.residuals.len() {
-            let sums = along.iter_mut().zip(&mut own).zip(columns.iter().map(|z| z[row]));
-            for ((along, own), z) in sums.filter(|(_, z)| *z != 0.0) {
-                along.iter_mut().zip(self.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
-                self.eliminated_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
-            }
-        }
-        for row in 0..self.residuals.len() {
-            for ((along, own), z) in along.iter().zip(&own).zip(columns.iter_mut().map(|z| &mut z[row])) {
-                *z -= dot(along, self.shared_of(row));
-                *z -= self.eliminated_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
-            }
-        }
+        Arch::new().dispatch(Projection { maker: self, columns });
         for unit in &self.added {
             for z in columns.iter_mut() {
                 let share = dot(unit, z);
@@ -117,16 +104,49 @@ impl ResidualMaker {
         self
     }
 
+    #[inline(always)]
     fn shared_of(&self, row: usize) -> &[f64] {
         &self.shared[row * self.rank..(row + 1) * self.rank]
     }
 
+    #[inline(always)]
     fn eliminated_of(&self, row: usize) -> &[(usize, f64)] {
         self.eliminated.get(row).map_or(&[], Vec::as_slice)
     }
 }
 
+/// Takes off columns what is along `U`.
+struct Projection<'a> {
+    maker: &'a ResidualMaker,
+    columns: &'a mut [Vec<f64>],
+}
+
+impl NullaryFnOnce for Projection<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Projection { maker, columns } = self;
+        let mut along = vec![vec![0.0; maker.rank]; columns.len()];
+        let mut own = vec![vec![0.0; maker.own]; columns.len()];
+        for row in 0..maker.residuals.len() {
+            let sums = along.iter_mut().zip(&mut own).zip(columns.iter().map(|z| z[row]));
+            for ((along, own), z) in sums.filter(|(_, z)| *z != 0.0) {
+                along.iter_mut().zip(maker.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
+                maker.eliminated_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
+            }
+        }
+        for row in 0..maker.residuals.len() {
+            for ((along, own), z) in along.iter().zip(&own).zip(columns.iter_mut().map(|z| &mut z[row])) {
+                *z -= dot(along, maker.shared_of(row));
+                *z -= maker.eliminated_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
+            }
+        }
+    }
+}
+
 /// In several sums, which a processor adds to at once.
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((first, rest_a), (second, rest_b)) = (a.as_chunks::<SUMS>(), b.as_chunks::<SUMS>());
     let mut sums = [0.0; SUMS];

@@ -184,8 +184,13 @@ impl<'a> Columns<'a> {
     /// A term that adds to the coordinate of a joint.
     fn coordinate(&self, joint: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut column = self.slopes[joint].clone();
+        let mut latest = None;
         for (id, entry) in self.solved.built.rows.iter().zip(&mut column) {
-            *entry *= value(id.pose);
+            // Rows of one pose follow each other.
+            let of_pose =
+                latest.filter(|(pose, _)| *pose == id.pose).map_or_else(|| value(id.pose), |(_, known)| known);
+            latest = Some((id.pose, of_pose));
+            *entry *= of_pose;
         }
         column
     }

@@ -34,18 +34,20 @@ mod score;
 mod tests;
 mod words;
 
+use std::ops::Range;
+
 use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, moved_by};
 use gravcal_estimation::{Loss, in_parallel};
 use gravcal_recording::file_name;
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
-use crate::joint::{Order, Solved};
+use crate::joint::{OfReadings, Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
 use columns::{ALL_JOINTS, Columns, Term};
 use in_fit::of_estimate;
 use neighbours::Neighbours;
 use rows::Rows;
-use score::{MATTERS, Score, lacking, score};
+use score::{Left, MATTERS, Score, lacking, left_of, score};
 pub(crate) use words::in_words;
 
 /// Probability, corrected for the number of tests, below which something is named.
@@ -57,6 +59,8 @@ const ALIKE: f64 = 0.2;
 const MOST_NAMED: usize = 8;
 /// Residuals below this share of the readings' range are those of arithmetic.
 const ROUNDING: f64 = 1e-7;
+/// Candidates of whose columns the fit's part is taken off at once.
+const TOGETHER: usize = 4;
 /// Entries of the Jacobian beyond which it is not made a second time.
 const MOST_ENTRIES: usize = 100_000_000;
 
@@ -179,14 +183,22 @@ impl Tests<'_> {
         }
     }
 
-    /// What the model lacks that has not what a candidate says, as unit vectors perpendicular to each other.
-    fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
+    /// Columns of a candidate that are looked for in what the fit leaves; none of what is tested otherwise.
+    fn columns_of(&self, candidate: &Candidate) -> Vec<Vec<f64>> {
         match candidate {
             Candidate::Neighbours(_) => Vec::new(),
             Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
-            Candidate::Term(channel, term) => lacking(maker, &self.columns.of(*channel, term)),
+            Candidate::Term(channel, term) => self.columns.of(*channel, term),
+            Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
+        }
+    }
+
+    /// What the model lacks that has not what a candidate says, as unit vectors perpendicular to each other.
+    fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
+        match candidate {
             // Joints do not bend alike: the model takes up what each does.
-            Candidate::Together(term) => lacking(maker, &self.columns.of_each_joint(term)),
+            Candidate::Together(term) => lacking(maker, self.columns.of_each_joint(term)),
+            _ => lacking(maker, self.columns_of(candidate)),
         }
     }
 
@@ -207,8 +219,21 @@ impl Tests<'_> {
         neighbours: &[Option<Neighbours>],
         candidates: &[Candidate],
     ) -> Vec<Tested> {
-        let test = |candidate| self.test(maker, rows, neighbours, candidate);
-        in_parallel(candidates, test).into_iter().flatten().collect()
+        let test = |candidates: &[Candidate]| {
+            let mut columns = Vec::new();
+            let place = |candidate: &Candidate| {
+                let first = columns.len();
+                columns.extend(self.columns_of(candidate));
+                first..columns.len()
+            };
+            let places: Vec<Range<usize>> = candidates.iter().map(place).collect();
+            let left = left_of(maker, columns);
+            let test = |(candidate, own): (&Candidate, Range<usize>)| {
+                self.test(maker, rows, neighbours, candidate, &left[own])
+            };
+            candidates.iter().zip(places).filter_map(test).collect::<Vec<Tested>>()
+        };
+        in_parallel(candidates.chunks(TOGETHER), test).into_iter().flatten().collect()
     }
 
     fn candidates(&self, maker: &ResidualMaker, rows: &Rows) -> Vec<Candidate> {
@@ -260,6 +285,7 @@ impl Tests<'_> {
         rows: &Rows,
         neighbours: &[Option<Neighbours>],
         candidate: &Candidate,
+        left: &[Left],
     ) -> Option<Tested> {
         match candidate {
             Candidate::Neighbours(channel) => {
@@ -282,21 +308,18 @@ impl Tests<'_> {
                 Some(Tested { test, candidate: candidate.clone(), gain: 0.0, coefficients: Vec::new() })
             }
             Candidate::Together(term) => {
-                let scored = score(maker, rows, neighbours, &[sum(&self.columns.of_each_joint(term))])?;
-                let tested = self.report(0, term, scored);
+                let tested = self.report(0, term, score(maker, rows, neighbours, left)?);
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
             }
             Candidate::Term(channel, term) => {
-                let columns = self.columns.of(*channel, term);
-                let scored = match term {
-                    Term::Direction if self.solved.has_friction_at_rest(*channel) => {
-                        of_estimate(self.solved.friction_at_rest(*channel)?, rows, *channel, &columns[0])?
-                    }
-                    Term::Compliance if self.solved.has_bending(*channel) => {
-                        of_estimate(self.solved.bending(*channel)?, rows, *channel, &columns[0])?
-                    }
-                    _ => score(maker, rows, neighbours, &columns)?,
+                let in_fit = |found: Option<OfReadings>| {
+                    of_estimate(found?, rows, *channel, &self.columns.of(*channel, term)[0])
+                };
+                let scored = match (term, self.is_in_fit(*channel, term)) {
+                    (Term::Direction, true) => in_fit(self.solved.friction_at_rest(*channel))?,
+                    (Term::Compliance, true) => in_fit(self.solved.bending(*channel))?,
+                    _ => score(maker, rows, neighbours, left)?,
                 };
                 Some(self.report(*channel, term, scored))
             }

@@ -51,15 +51,9 @@ pub struct Score {
     pub gain: f64,
 }
 
-/// Tests columns together; nothing where the model has them already, or too little is left to tell their size.
-pub fn score(
-    maker: &ResidualMaker,
-    rows: &Rows,
-    neighbours: &[Option<Neighbours>],
-    columns: &[Vec<f64>],
-) -> Option<Score> {
-    let left = left_of(maker, columns);
-    let terms = orthonormal(&left);
+/// Tests columns together, by what the fit leaves of them; nothing where the model has them already, or too little is left to tell their size.
+pub fn score(maker: &ResidualMaker, rows: &Rows, neighbours: &[Option<Neighbours>], left: &[Left]) -> Option<Score> {
+    let terms = orthonormal(left);
     if terms.is_empty() {
         return None;
     }
@@ -81,45 +75,44 @@ pub fn score(
         Some(Blocks { tested: Some(_), count }) => (alone.0, alone.1, alone.2, Some(count)),
         Some(Blocks { tested: None, .. }) => return None,
     };
-    let seen: Vec<f64> = (0..r.len()).map(|i| terms.iter().zip(along.iter()).map(|(t, a)| a * t[i]).sum()).collect();
+    let seen = |row: usize| terms.iter().zip(along.iter()).map(|(term, a)| a * term[row]).sum();
     Some(Score {
         statistic,
         degrees_of_freedom,
         blocks,
         p_value,
-        coefficients: coefficients(&left, r),
-        in_noise: scatter.largest_rms(rows, &seen),
+        coefficients: coefficients(left, r),
+        in_noise: scatter.largest_rms(rows, (0..r.len()).map(seen)),
         gain: along.norm_squared(),
     })
 }
 
 /// What a model lacks that has none of these columns, as unit vectors perpendicular to each other.
-pub fn lacking(maker: &ResidualMaker, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+pub fn lacking(maker: &ResidualMaker, columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     orthonormal(&left_of(maker, columns))
 }
 
 /// What a fit leaves of a column of unit length; nothing where that is too little.
-struct Left {
+pub struct Left {
     length: f64,
     left: Option<Vec<f64>>,
 }
 
-fn left_of(maker: &ResidualMaker, columns: &[Vec<f64>]) -> Vec<Left> {
+/// That of each of some columns. Many at once take hardly longer than few.
+pub fn left_of(maker: &ResidualMaker, mut columns: Vec<Vec<f64>>) -> Vec<Left> {
     let lengths: Vec<f64> = columns.iter().map(|column| dot(column, column).sqrt()).collect();
-    let unit = |(column, length): (&Vec<f64>, &f64)| {
-        let has_direction = *length > 0.0 && length.is_finite();
-        has_direction.then(|| column.iter().map(|z| z / length).collect())
+    let has_direction = |length: f64| length > 0.0 && length.is_finite();
+    for (column, length) in columns.iter_mut().zip(&lengths) {
+        // Zeros stay zeros.
+        let length = if has_direction(*length) { *length } else { f64::INFINITY };
+        column.iter_mut().for_each(|z| *z /= length);
+    }
+    maker.apply(&mut columns);
+    let of_column = |(left, length): (Vec<f64>, f64)| {
+        let enough = has_direction(length) && dot(&left, &left) > EXPLAINED;
+        Left { length, left: enough.then_some(left) }
     };
-    let units: Vec<Option<Vec<f64>>> = columns.iter().zip(&lengths).map(unit).collect();
-    let has_direction: Vec<bool> = units.iter().map(Option::is_some).collect();
-    let mut left: Vec<Vec<f64>> = units.into_iter().flatten().collect();
-    maker.apply(&mut left);
-    let mut left = left.into_iter();
-    let of_column = |(length, has_direction): (f64, bool)| {
-        let left = if has_direction { left.next() } else { None };
-        Left { length, left: left.filter(|left| dot(left, left) > EXPLAINED) }
-    };
-    lengths.into_iter().zip(has_direction).map(of_column).collect()
+    columns.into_iter().zip(lengths).map(of_column).collect()
 }
 
 /// Gram and Schmidt; columns that others make superfluous are left out.
@@ -208,9 +201,9 @@ impl Scatter {
     }
 
     /// Root mean square of a vector in the channel where it is largest beside its scatter, which is at least the assumed one.
-    fn largest_rms(&self, rows: &Rows, seen: &[f64]) -> f64 {
+    fn largest_rms(&self, rows: &Rows, seen: impl Iterator<Item = f64>) -> f64 {
         let mut squares = vec![(0.0, 0.0); rows.owners()];
-        for (row, seen) in seen.iter().enumerate() {
+        for (row, seen) in seen.enumerate() {
             let (sum, count) = &mut squares[rows.owner(row)];
             *sum += seen * seen;
             *count += 1.0;
@@ -314,7 +307,7 @@ mod tests {
         let maker = ResidualMaker::new(&Solution { problem: &problem, values: &values, analysis: &analysis }).unwrap();
         let rows = Rows::plain(y.len(), &maker);
         let neighbours = [Neighbours::of(&maker, &rows, 0)];
-        score(&maker, &rows, &neighbours, columns)
+        score(&maker, &rows, &neighbours, &left_of(&maker, columns.to_vec()))
     }
 
     fn noise(seed: u64, count: usize) -> Vec<f64> {
@@ -388,7 +381,7 @@ mod tests {
             let maker =
                 ResidualMaker::new(&Solution { problem: &problem, values: &values, analysis: &analysis }).unwrap();
             let mut rows = Rows::plain(count, &maker);
-            let term = lacking(&maker, &[times(count)]).remove(0);
+            let term = lacking(&maker, vec![times(count)]).remove(0);
             let known = Neighbours::of(&maker, &rows, 0).unwrap().with(&maker, &rows, 0, &term).unwrap();
             let maker = maker.with(&[term]);
             rows.count_freedom(&maker);
