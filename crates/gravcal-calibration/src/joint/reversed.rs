@@ -16,7 +16,7 @@
 //!
 //! A declared sign is taken at its word, `"normal"` included.
 
-use gravcal_estimation::Termination;
+use gravcal_estimation::{Termination, in_parallel};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{AuxiliarySensorKind, Pose, ReadingId, Session};
@@ -273,7 +273,7 @@ fn bare_torques(session: &Session, at: &State, masses: &State) -> Vec<Vec<f64>> 
         );
         torque
     };
-    session.poses.iter().map(of_pose).collect()
+    in_parallel(&session.poses, of_pose)
 }
 
 /// Whether a joint turns far over the poses.
