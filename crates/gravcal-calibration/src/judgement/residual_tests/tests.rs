@@ -116,7 +116,6 @@ fn a_weighted_test_has_its_share_of_the_probability() {
         test: ResidualTest { p_value, ..test_of_nothing() },
         candidate,
         gain: 0.0,
-        terms: Vec::new(),
         coefficients: Vec::new(),
     };
     // Half of the weight in the first: its p-value counts twice, those that follow as Holm has them.
