@@ -3,9 +3,9 @@
 //! | name | for |
 //! |---|---|
 //! | `levenberg-marquardt` | everything without constraints; the default |
-//! | `gauss-newton` | small residuals, starts that are near |
-//! | `dogleg` | as Levenberg-Marquardt, one factorization an iteration |
-//! | `variable-projection` | problems with blocks marked as linear: these need no start |
+//! | `gauss-newton` | small residuals, starts that are near; as fast as Levenberg-Marquardt |
+//! | `dogleg` | as Levenberg-Marquardt, and as fast: where that creeps along a bent valley it may go through |
+//! | `variable-projection` | problems with blocks marked as linear of which nobody has a start: an iteration takes several times as long |
 //! | `clarabel` | problems with constraints: bounds, cones, vectors of known length |
 //!
 //! Each goes from point to point, each of lower cost ([`Descent`]); what they have in common is in files of its own:

@@ -22,6 +22,11 @@
 //!
 //! The start has `c` at its optimum, too; where every block is linear that is all.
 //!
+//! **What it is for**: few nonlinear blocks, and linear ones of which nobody has a start. Where there is one for all blocks it is not: `c` at
+//! its optimum for rough `a` may lie at another minimum than the one that is near, and an iteration takes several times as long as one of
+//! Levenberg-Marquardt, as the linear part is linearized by itself, and freed of damping, which only an orthogonal factorization bears where the
+//! data leave something of it open (`benches/README.md`, Speed).
+//!
 //! Which blocks are linear the problem says ([`Block::linear`](gravcal_estimation::Block::linear)). That is held against the
 //! residuals in every linear solve: the cost found must be the cost foretold. Combinations of `c` that the data do not
 //! determine stay where they are. Robust losses are refused: with them the linear problem is none.

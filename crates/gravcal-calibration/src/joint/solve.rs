@@ -60,8 +60,7 @@ pub fn solve(
 
 /// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
 /// found at a minimum excuses it. The method's first companion looks from where the first one began, as one that creeps along a bent valley is
-/// where the other goes through; from elsewhere the method itself, as it takes a tenth of the companion's time, and the companions where that
-/// does not suffice.
+/// where the other goes through; from elsewhere the method itself, and the companions where that does not suffice.
 fn lowest_elsewhere(
     session: &Session,
     readings: &MeasurementSet,
