@@ -80,7 +80,7 @@ const LARGER_CIRCLES: [(&str, usize); 6] = [
     ("gravcal-recording", 41),
     ("gravcal-report", 10),
     ("gravcal-rerun", 12),
-    ("gravcal-solvers", 12),
+    ("gravcal-solvers", 10),
     ("gravcal-study", 8),
 ];
 

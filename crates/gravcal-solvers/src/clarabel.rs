@@ -36,8 +36,7 @@ use gravcal_estimation::{
 };
 use serde::Deserialize;
 
-use crate::damping::Damping;
-use crate::levenberg_marquardt::damped_iteration;
+use crate::damping::{Damping, damped_iteration};
 use crate::run::check_start;
 use crate::{Descent, Move, Point, StoppingRules, minimise};
 pub(crate) use active::active_constraints;

@@ -16,9 +16,10 @@
 //! 1978, section 3, with a smaller factor): without it a start with one parameter far too small is left for a plateau at
 //! infinity, as with NIST's BoxBOD from its far start.
 
+use gravcal_estimation::{SolveError, Termination};
 use serde::{Deserialize, Serialize};
 
-use crate::Point;
+use crate::{Decision, Move, Point, StoppingRules};
 
 /// Damping beyond which a step is shorter than rounding.
 const MAX_DAMPING: f64 = 1e32;
@@ -117,5 +118,36 @@ impl Damping {
         self.lambda *= self.growth;
         self.growth *= 2.0;
         go_on
+    }
+}
+
+/// Tries steps of growing damping until one lowers the cost; the first perhaps nearly undamped (see [`Damping`]).
+pub(crate) fn damped_iteration<'p>(
+    damping: &mut Damping,
+    here: &mut Point<'p>,
+    rules: &StoppingRules,
+) -> Result<Move<'p>, SolveError> {
+    loop {
+        let lambda = damping.lambda();
+        if let Some((step, predicted)) = here.step(lambda) {
+            if damping.shortens_first_step(here, &step) {
+                continue;
+            }
+            let mut trial = here.attempt(&step, predicted);
+            if damping.begins_from_afar(trial.ratio()) {
+                continue;
+            }
+            match here.decide(&mut trial, 0.0, rules) {
+                Decision::Accept(end) => {
+                    damping.accept(trial.ratio());
+                    return Ok(Move::To { trial: Box::new(trial), damping: lambda, end });
+                }
+                Decision::End(end) => return Ok(Move::Stay(end)),
+                Decision::Shorten => {}
+            }
+        }
+        if !damping.reject() {
+            return Ok(Move::Stay(Termination::NoProgress));
+        }
     }
 }

@@ -13,12 +13,12 @@
 //!
 //! Left out of the sources: Moré's trust-region radius (λ is damped directly) and geodesic acceleration.
 
-use gravcal_estimation::{Estimate, Problem, SolveContext, SolveError, Solver, Termination, Unsupported, Values};
+use gravcal_estimation::{Estimate, Problem, SolveContext, SolveError, Solver, Unsupported, Values};
 use serde::Deserialize;
 
-use crate::damping::Damping;
+use crate::damping::{Damping, damped_iteration};
 use crate::refusal::refuse_constraints;
-use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, VariableProjection, minimise};
+use crate::{Descent, Dogleg, Move, Point, StoppingRules, VariableProjection, minimise};
 
 pub(crate) const NAME: &str = "levenberg-marquardt";
 
@@ -65,39 +65,10 @@ impl Descent for LevenbergMarquardt {
     }
 }
 
-/// Tries steps of growing damping until one lowers the cost; the first perhaps nearly undamped (see [`Damping`]).
-pub(crate) fn damped_iteration<'p>(
-    damping: &mut Damping,
-    here: &mut Point<'p>,
-    rules: &StoppingRules,
-) -> Result<Move<'p>, SolveError> {
-    loop {
-        let lambda = damping.lambda();
-        if let Some((step, predicted)) = here.step(lambda) {
-            if damping.shortens_first_step(here, &step) {
-                continue;
-            }
-            let mut trial = here.attempt(&step, predicted);
-            if damping.begins_from_afar(trial.ratio()) {
-                continue;
-            }
-            match here.decide(&mut trial, 0.0, rules) {
-                Decision::Accept(end) => {
-                    damping.accept(trial.ratio());
-                    return Ok(Move::To { trial: Box::new(trial), damping: lambda, end });
-                }
-                Decision::End(end) => return Ok(Move::Stay(end)),
-                Decision::Shorten => {}
-            }
-        }
-        if !damping.reject() {
-            return Ok(Move::Stay(Termination::NoProgress));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use gravcal_estimation::Termination;
+
     use super::*;
     use crate::testing::{DECAY_ROWS, built, decay, far_decay, linear, scalar};
 
