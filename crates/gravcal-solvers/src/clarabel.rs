@@ -40,10 +40,9 @@ use crate::damping::{Damping, damped_iteration};
 use crate::run::check_start;
 use crate::{Descent, Move, Point, StoppingRules, minimise};
 pub(crate) use active::active_constraints;
-use start::scale_to_length;
+pub(crate) use programme::NAME;
+pub(crate) use start::settle;
 pub(crate) use step::{ConstrainedStep, Optimality};
-
-pub(crate) const NAME: &str = "clarabel";
 
 /// Columns at most: JᵀJ is dense, and its factorization takes time with their cube.
 const MAX_COLUMNS: usize = 2000;
@@ -130,19 +129,4 @@ fn fixed_length(constraint: &str, block: &str) -> String {
         "`{constraint}` reads `{block}`, whose length is fixed: what obeys both is not convex; drop the constraint, or let \
          the length be measured by a residual"
     )
-}
-
-/// Frees values of rounding errors: vectors of known length have it, bounds hold to the last bit.
-pub(crate) fn settle(problem: &Problem, values: &mut Values) {
-    scale_to_length(problem, values);
-    for constraint in problem.constraints() {
-        if let ConstraintKind::Range { function, lower, upper } = &constraint.kind
-            && let [(id, component, 1.0)] = function.terms[..]
-            && !problem.columns_of(id).is_empty()
-        {
-            let mut block = values.get(id).to_vec();
-            block[component] = block[component].max(lower - function.constant).min(upper - function.constant);
-            values.set(id, &block);
-        }
-    }
 }

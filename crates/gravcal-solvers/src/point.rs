@@ -7,6 +7,11 @@ use gravcal_estimation::{
 use crate::clarabel::{ConstrainedStep, Optimality, active_constraints, settle};
 use crate::stopping::StoppingRules;
 
+/// The relative offset may be so many times the cosine tolerance: it takes all directions together, and is larger than the largest
+/// cosine of a single column, typically by the square root of their number.
+const OFFSET: f64 = 10.0;
+/// However large the cosine tolerance, an offset above this ends nothing: that of Bates and Watts.
+const LARGEST_OFFSET: f64 = 1e-3;
 /// Damping of the fullest step, relative to the column norms: see [`Point::fullest_step`].
 pub(crate) const FAINT_DAMPING: f64 = 1e-14;
 /// Damping of the step whose promise tells how far off the minimum is, and the better of two points where their costs are the same but
@@ -309,6 +314,24 @@ impl<'p> Point<'p> {
     pub fn at_model_minimum(&mut self) -> bool {
         let (step, predicted) = self.fullest_step();
         predicted <= NEAR_COST * self.cost() || predicted.is_finite() && self.relative_length(&step) <= NEAR_STEP
+    }
+
+    /// Why a method ends here before it looks for a step, if it does: the point is stationary.
+    pub(crate) fn stationary(&mut self, rules: &StoppingRules) -> Option<Termination> {
+        if self.cost() == 0.0 {
+            return Some(Termination::ZeroResidual);
+        }
+        if self.linearization.column_norms().iter().all(|norm| *norm == 0.0) {
+            return Some(Termination::NoEffect);
+        }
+        let cosine = self.cosine();
+        if cosine <= rules.cosine_tolerance {
+            return Some(Termination::Gradient { cosine });
+        }
+        // The offset is no less than the cosine, and need not be looked at before that is small.
+        let tolerance = (OFFSET * rules.cosine_tolerance).min(LARGEST_OFFSET);
+        let offset = (cosine <= tolerance).then(|| self.relative_offset()).flatten();
+        offset.filter(|offset| *offset <= tolerance).map(|offset| Termination::Offset { offset })
     }
 
     /// Why a method ends here that has found no step to take. What the model still promises may be less than rounding can hide of the cost:

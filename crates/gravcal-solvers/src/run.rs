@@ -169,7 +169,7 @@ impl<'p, M> Run<'p, M> {
         self.restore(lent)?;
         let rules = lent.method.stopping();
         let Some(here) = self.point.as_mut() else { return Ok(Some(Termination::NoProgress)) };
-        if let Some(end) = rules.stationary(here) {
+        if let Some(end) = here.stationary(rules) {
             return Ok(Some(end));
         }
         if lent.context.borrow().stopped() {

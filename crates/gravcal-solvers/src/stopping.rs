@@ -20,17 +20,9 @@
 //! step short. Step and cost are counted as convergence only where the full step says the same
 //! ([`Point::at_model_minimum`](crate::Point::at_model_minimum)); otherwise the method has made no progress.
 
-use gravcal_estimation::{SolveError, Termination};
+use gravcal_estimation::SolveError;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Unexpected};
-
-use crate::Point;
-
-/// The relative offset may be so many times the cosine tolerance: it takes all directions together, and is larger than the largest
-/// cosine of a single column, typically by the square root of their number.
-const OFFSET: f64 = 10.0;
-/// However large the cosine tolerance, an offset above this ends nothing: that of Bates and Watts.
-const LARGEST_OFFSET: f64 = 1e-3;
 
 /// The options that every method has.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -55,26 +47,6 @@ impl Default for StoppingRules {
     fn default() -> Self {
         // Curved valleys take thousands of steps: NIST's MGH10 from its far start.
         StoppingRules { max_iterations: 10_000, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-14 }
-    }
-}
-
-impl StoppingRules {
-    /// Whether a linearized point is stationary.
-    pub(crate) fn stationary(&self, point: &mut Point<'_>) -> Option<Termination> {
-        if point.cost() == 0.0 {
-            return Some(Termination::ZeroResidual);
-        }
-        if point.linearization.column_norms().iter().all(|norm| *norm == 0.0) {
-            return Some(Termination::NoEffect);
-        }
-        let cosine = point.cosine();
-        if cosine <= self.cosine_tolerance {
-            return Some(Termination::Gradient { cosine });
-        }
-        // The offset is no less than the cosine, and need not be looked at before that is small.
-        let tolerance = (OFFSET * self.cosine_tolerance).min(LARGEST_OFFSET);
-        let offset = (cosine <= tolerance).then(|| point.relative_offset()).flatten();
-        offset.filter(|offset| *offset <= tolerance).map(|offset| Termination::Offset { offset })
     }
 }
 

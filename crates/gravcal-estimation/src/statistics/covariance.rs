@@ -64,6 +64,15 @@ impl Covariance {
         self.at(column, column).max(0.0).sqrt()
     }
 
+    /// Standard deviation of each column in units of that of another covariance; 1 where that has none.
+    pub(super) fn ratios_to(&self, other: &Covariance) -> Vec<f64> {
+        let ratio = |column: usize| match other.std(column) {
+            std if std > 0.0 => self.std(column) / std,
+            _ => 1.0,
+        };
+        (0..self.columns()).map(ratio).collect()
+    }
+
     /// Correlation between two columns, from −1 to 1; 0 where one of them has no variance.
     pub fn correlation(&self, row: usize, column: usize) -> f64 {
         correlation(self.at(row, column), self.at(row, row), self.at(column, column))

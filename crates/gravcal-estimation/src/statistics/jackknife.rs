@@ -47,6 +47,7 @@ use std::ops::Range;
 
 use faer::Mat;
 
+use super::determined_by_blocks::DeterminedByBlocks;
 use super::eigen::{ALONE, Eigen};
 use super::projected::{Projected, add_outer, back};
 use super::uncertainty::Spread;
@@ -108,9 +109,9 @@ impl Uncertainty {
         let mut covariance = solution.analysis.over_all_columns(covariance);
         if blocks.count() < BLOCKS_A_DIRECTION * rank {
             let noise = Uncertainty::from_noise(solution, NoiseScale::Stated)?.covariance;
-            covariance = noise.widened(&ratios(&covariance, &noise));
+            covariance = noise.widened(&covariance.ratios_to(&noise));
         }
-        let reported = DeterminedByBlocks { directions: projected.directions, rows: reported };
+        let reported = DeterminedByBlocks::new(projected.directions, reported);
         Ok(Jackknife { uncertainty: Uncertainty { covariance, spread: Spread::LeftOut(reported) }, alone })
     }
 }
@@ -129,15 +130,6 @@ fn information(
         without_eliminated(projected, block)?.0.iter().for_each(|row| add_outer(&mut left, -1.0, row));
     }
     Ok(left)
-}
-
-/// Standard deviation of each column in units of that of another covariance; 1 where that has none.
-pub(super) fn ratios(covariance: &Covariance, other: &Covariance) -> Vec<f64> {
-    let ratio = |column: usize| match other.std(column) {
-        std if std > 0.0 => covariance.std(column) / std,
-        _ => 1.0,
-    };
-    (0..covariance.columns()).map(ratio).collect()
 }
 
 /// How many times the variance of the residuals exceeds that of the stated noise, and at least 1; 1 where losses let it be anything.
@@ -237,26 +229,6 @@ fn combined(rows: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
         sum.iter_mut().zip(row).for_each(|(sum, z)| *sum += weight * z);
     }
     sum
-}
-
-/// What tells how many blocks tell a function of the parameters.
-#[derive(Clone, Debug)]
-pub(super) struct DeterminedByBlocks {
-    directions: Vec<Vec<f64>>,
-    /// `Z_b` of each block.
-    rows: Vec<Vec<Vec<f64>>>,
-}
-
-impl DeterminedByBlocks {
-    /// Degrees of freedom of a linear function of the shared columns: `G* − 1`, at least 1; infinite where blocks tell nothing of it.
-    pub fn freedom(&self, function: &[(usize, f64)]) -> f64 {
-        let c = Projected::of_function(&self.directions, function);
-        let along = |row: &Vec<f64>| row.iter().zip(&c).map(|(z, c)| z * c).sum::<f64>();
-        let reported = |rows: &Vec<Vec<f64>>| rows.iter().map(|row| along(row).powi(2)).sum::<f64>();
-        let squares: f64 = self.rows.iter().map(|rows| reported(rows).powi(2)).sum();
-        let total: f64 = c.iter().map(|c| c * c).sum();
-        if squares > 0.0 { (total * total / squares - 1.0).max(1.0) } else { f64::INFINITY }
-    }
 }
 
 #[cfg(test)]

@@ -1,41 +1,9 @@
 //! A covariance together with what its intervals are made of.
 
 use super::bootstrap::Replicates;
-use super::jackknife::{DeterminedByBlocks, ratios};
+use super::determined_by_blocks::DeterminedByBlocks;
 use super::sandwich::Freedom;
-use super::{Covariance, Quantile, StatisticsError};
-use crate::{BlockId, Problem, RankAnalysis, Values, named_combinations};
-
-/// A solved problem, as the statistics need it.
-#[derive(Clone, Copy, Debug)]
-pub struct Solution<'a> {
-    /// The problem.
-    pub problem: &'a Problem,
-    /// Where its cost is smallest.
-    pub values: &'a Values,
-    /// What the data determine there.
-    pub analysis: &'a RankAnalysis,
-}
-
-impl Solution<'_> {
-    /// # Errors
-    /// Where the problem has eliminated blocks, which the scatter of samples cannot tell apart.
-    pub(super) fn without_eliminated(&self) -> Result<(), StatisticsError> {
-        let eliminated = |id: &BlockId| self.problem.block(*id).eliminated && !self.problem.columns_of(*id).is_empty();
-        match self.problem.block_ids().find(eliminated) {
-            Some(id) => Err(StatisticsError::Eliminated(self.problem.block(id).name.clone())),
-            None => Ok(()),
-        }
-    }
-
-    /// A step by all columns in words.
-    pub(super) fn name_direction(&self, step: &[f64]) -> String {
-        let columns: Vec<usize> = (0..step.len()).collect();
-        let named =
-            named_combinations(self.problem, self.values, &columns, &self.analysis.sparse(&columns, &[step.to_vec()]));
-        named.first().map_or_else(String::new, ToString::to_string)
-    }
-}
+use super::{Covariance, Quantile};
 
 /// How far an estimate may be from the truth. Made by [`Uncertainty::from_noise`], [`Uncertainty::sandwich`],
 /// [`Uncertainty::jackknife`] or [`Bootstrap::new`](super::Bootstrap::new); which of them is the caller's to tell.
@@ -85,7 +53,7 @@ impl Uncertainty {
     #[must_use]
     pub fn larger_of(self, other: Uncertainty) -> Uncertainty {
         let factors: Vec<f64> =
-            ratios(&other.covariance, &self.covariance).iter().map(|ratio| ratio.max(1.0)).collect();
+            other.covariance.ratios_to(&self.covariance).iter().map(|ratio| ratio.max(1.0)).collect();
         let covariance = self.covariance.widened(&factors);
         Uncertainty { covariance, spread: Spread::Larger(Box::new([self, other])) }
     }

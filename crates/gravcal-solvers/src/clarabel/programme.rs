@@ -18,6 +18,9 @@ use faer::Mat;
 use super::refine::refine;
 use super::rows::{Cone, Rows};
 
+/// The method's name, which is that of the library that solves its programmes.
+pub(crate) const NAME: &str = "clarabel";
+
 /// Tolerance asked of Clarabel.
 const TOLERANCE: f64 = 1e-10;
 /// Clarabel's own solution, where it cannot be refined, may break rows by this.

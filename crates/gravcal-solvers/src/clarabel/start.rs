@@ -13,8 +13,7 @@
 use faer::Mat;
 use gravcal_estimation::{Constraint, ConstraintKind, Problem, SolveError, Values};
 
-use super::NAME;
-use super::programme::{Outcome, Quadratic, solve};
+use super::programme::{NAME, Outcome, Quadratic, solve};
 use super::rows::{Rows, norm, rows};
 
 /// # Errors
@@ -105,6 +104,21 @@ fn projection(problem: &Problem, initial: &Values, rows: &[Rows]) -> Result<Vec<
     }
 }
 
+/// Frees values of rounding errors: vectors of known length have it, bounds hold to the last bit.
+pub(crate) fn settle(problem: &Problem, values: &mut Values) {
+    scale_to_length(problem, values);
+    for constraint in problem.constraints() {
+        if let ConstraintKind::Range { function, lower, upper } = &constraint.kind
+            && let [(id, component, 1.0)] = function.terms[..]
+            && !problem.columns_of(id).is_empty()
+        {
+            let mut block = values.get(id).to_vec();
+            block[component] = block[component].max(lower - function.constant).min(upper - function.constant);
+            values.set(id, &block);
+        }
+    }
+}
+
 /// Rows of a contradiction, each of which it needs.
 fn irreducible(quadratic: &Quadratic, mut rows: Vec<Rows>) -> Vec<Rows> {
     let mut at = 0;
@@ -119,7 +133,7 @@ fn irreducible(quadratic: &Quadratic, mut rows: Vec<Rows>) -> Vec<Rows> {
 }
 
 /// Brings every vector of known length to its length.
-pub(super) fn scale_to_length(problem: &Problem, values: &mut Values) {
+fn scale_to_length(problem: &Problem, values: &mut Values) {
     for constraint in problem.constraints() {
         if let ConstraintKind::Length { block, length } = &constraint.kind {
             let size = norm(values.get(*block));
