@@ -26,7 +26,7 @@
 
 use gravcal_estimation::{EvaluateError, Manifold, Problem, Reference, Values};
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
 
 /// Standard deviations from the estimate to which the truth is looked for, one a piece of the way.
 const PLAUSIBLE: usize = 4;
@@ -93,12 +93,21 @@ pub fn share_that_matters(open: usize, asked: usize) -> f64 {
 }
 
 /// The growth of ½ χ² in one direction that is as improbable as a growth in several. Where so many directions lose their effect they explain
-/// no noise, and ½ χ² is larger by half their number on average: χ² of as many degrees of freedom.
-pub fn as_of_one_direction(growth: f64, directions: usize) -> f64 {
-    let Ok(distribution) = ChiSquared::new(directions as f64) else { return growth };
-    let improbable = distribution.sf(2.0 * growth);
+/// no noise, and ½ χ² is larger by half their number on average: χ² of as many degrees of freedom. Noise that was found from so many
+/// (`freedom`) degrees of freedom may itself be too small: then it is Fisher's F of both.
+pub fn as_of_one_direction(growth: f64, directions: usize, freedom: Option<f64>) -> f64 {
+    let directions = directions as f64;
+    let improbable = match freedom {
+        None => ChiSquared::new(directions).map(|distribution| distribution.sf(2.0 * growth)).ok(),
+        Some(freedom) => {
+            FisherSnedecor::new(directions, freedom).map(|distribution| distribution.sf(2.0 * growth / directions)).ok()
+        }
+    };
     // Beyond what the distribution resolves, no number of directions makes it plausible.
-    if improbable.is_normal() { 0.5 * Normal::standard().inverse_cdf(0.5 * improbable).powi(2) } else { growth }
+    match improbable.filter(|improbable| improbable.is_normal()) {
+        Some(improbable) => 0.5 * Normal::standard().inverse_cdf(0.5 * improbable).powi(2),
+        None => growth,
+    }
 }
 
 /// Columns of directions, of which nobody can be farther off than about a radian, and what this is in their unit.
@@ -291,10 +300,17 @@ mod tests {
     #[test]
     fn growth_in_several_directions_counts_as_in_one() {
         // 0.05 of χ²: 3.841 of one degree of freedom, 18.307 of ten (Abramowitz and Stegun, table 26.8).
-        assert!((as_of_one_direction(0.5 * 3.841_459, 1) - 0.5 * 3.841_459).abs() < 1e-6);
-        assert!((as_of_one_direction(0.5 * 18.307_038, 10) - 0.5 * 3.841_459).abs() < 1e-6);
-        assert!(as_of_one_direction(2.0, 0) == 2.0 && as_of_one_direction(1e4, 10) > IMPLAUSIBLE);
-        assert!(as_of_one_direction(0.0, 3) == 0.0 && as_of_one_direction(f64::INFINITY, 3) == f64::INFINITY);
+        assert!((as_of_one_direction(0.5 * 3.841_459, 1, None) - 0.5 * 3.841_459).abs() < 1e-6);
+        assert!((as_of_one_direction(0.5 * 18.307_038, 10, None) - 0.5 * 3.841_459).abs() < 1e-6);
+        assert!(as_of_one_direction(2.0, 0, None) == 2.0 && as_of_one_direction(1e4, 10, None) > IMPLAUSIBLE);
+        assert!(
+            as_of_one_direction(0.0, 3, None) == 0.0 && as_of_one_direction(f64::INFINITY, 3, None) == f64::INFINITY
+        );
+        // The 95 % quantiles of F with 1 and 9, and with 4 and 9 degrees of freedom (Abramowitz and Stegun, table 26.9).
+        for (directions, quantile) in [(1, 5.117), (4, 3.633)] {
+            let growth = as_of_one_direction(0.5 * directions as f64 * quantile, directions, Some(9.0));
+            assert!((growth - 0.5 * 3.841_459).abs() < 1e-3, "{directions}: {growth}");
+        }
     }
 
     #[test]

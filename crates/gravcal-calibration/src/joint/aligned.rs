@@ -46,7 +46,7 @@ impl Solved {
         let mut possible = |alignments: Vec<Alignment>| -> Result<Vec<Alignment>, EstimateError> {
             let mut possible = Vec::new();
             for alignment in alignments {
-                let there = self.fixed_at(&alignment, plausible, environment)?;
+                let there = self.fixed_at(session, &alignment, plausible, environment)?;
                 possible.extend(there.is_some().then_some(alignment));
                 found.extend(there);
             }
@@ -61,6 +61,7 @@ impl Solved {
     /// readings contradict it.
     fn fixed_at(
         &self,
+        session: &Session,
         alignment: &Alignment,
         plausible: &Reference,
         environment: &SolveEnvironment<'_>,
@@ -76,7 +77,7 @@ impl Solved {
         let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
         // What has no effect there explains no noise there.
         let lost = self.analysis.rank().saturating_sub(RankAnalysis::new(problem, &there.values)?.rank());
-        let growth = as_of_one_direction(growth, lost.max(1));
+        let growth = as_of_one_direction(growth, lost.max(1), self.freedom_of_found_noise(session));
         Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
     }
 

@@ -109,8 +109,16 @@ impl Solved {
 
     /// Degrees of freedom that are left to tell the noise, where it is to be found from them and they are too few for that.
     pub(super) fn freedom_of_noise(&self, session: &Session) -> Option<usize> {
-        let freedom = self.judged_problem().rows().saturating_sub(self.analysis.rank());
-        (self.readings.noise_found(session) && freedom < LEAST_FREEDOM).then_some(freedom)
+        (self.readings.noise_found(session) && self.freedom() < LEAST_FREEDOM).then_some(self.freedom())
+    }
+
+    /// Degrees of freedom from which the noise was found, where no reading states it.
+    pub(super) fn freedom_of_found_noise(&self, session: &Session) -> Option<f64> {
+        (self.readings.noise_found(session) && self.freedom() > 0).then_some(self.freedom() as f64)
+    }
+
+    fn freedom(&self) -> usize {
+        self.judged_problem().rows().saturating_sub(self.analysis.rank())
     }
 
     /// Whether leaving out poses tells anything: there are enough, and the estimate is that of all of them together.

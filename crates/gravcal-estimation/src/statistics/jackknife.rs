@@ -51,7 +51,7 @@ use super::determined_by_blocks::DeterminedByBlocks;
 use super::eigen::{ALONE, Eigen};
 use super::projected::{Projected, add_outer, back};
 use super::uncertainty::Spread;
-use super::{Covariance, NoiseScale, SampleBlocks, Solution, StatisticsError, Uncertainty};
+use super::{NoiseScale, SampleBlocks, Solution, StatisticsError, Uncertainty};
 use crate::{EvaluateError, Loss};
 
 /// With fewer than so many blocks for each direction a covariance of their scatter is no matrix to be inverted.
