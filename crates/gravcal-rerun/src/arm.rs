@@ -7,8 +7,8 @@ use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 use re_sdk_types::archetypes::{Points3D, Transform3D, ViewCoordinates};
 use re_sdk_types::components::{Color, RotationQuat, Translation3D};
 
+use crate::contents::CalibrationRecording;
 use crate::poses::PoseTimes;
-use crate::recording::CalibrationRecording;
 use crate::shape::{Shape, quaternion, small};
 use crate::{loads, style};
 

@@ -7,8 +7,8 @@ use re_sdk::blueprint::{
     Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TimePanel, TimeSeriesView, Vertical,
 };
 
+use crate::contents::CalibrationRecording;
 use crate::explanation::Explanation;
-use crate::recording::CalibrationRecording;
 use crate::{residuals, series};
 
 /// The layout for a calibration.

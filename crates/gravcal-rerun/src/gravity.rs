@@ -7,7 +7,7 @@ use re_sdk_types::archetypes::{Arrows3D, LineStrips3D};
 use re_sdk_types::components::Radius;
 
 use crate::arm::shape;
-use crate::recording::CalibrationRecording;
+use crate::contents::CalibrationRecording;
 use crate::shape::small;
 use crate::style;
 

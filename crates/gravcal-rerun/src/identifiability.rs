@@ -7,7 +7,7 @@ use re_sdk::{RecordingStream, RecordingStreamError, entity_path};
 use re_sdk_types::archetypes::{BarChart, TextDocument};
 use re_sdk_types::datatypes::TensorData;
 
-use crate::recording::CalibrationRecording;
+use crate::contents::CalibrationRecording;
 use crate::style;
 
 /// Where singular values end: beyond, they are zero but for rounding.

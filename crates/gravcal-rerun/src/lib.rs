@@ -52,6 +52,7 @@
 
 mod arm;
 mod blueprint;
+mod contents;
 mod explanation;
 mod gravity;
 mod identifiability;
@@ -72,4 +73,5 @@ mod read_back;
 #[cfg(test)]
 mod testing;
 
-pub use recording::{CalibrationRecording, RecordingError, VIEWER_URL, check_address};
+pub use contents::CalibrationRecording;
+pub use recording::{RecordingError, VIEWER_URL, check_address};

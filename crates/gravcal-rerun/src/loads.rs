@@ -6,8 +6,8 @@ use re_sdk_types::archetypes::Ellipsoids3D;
 use re_sdk_types::components::FillMode;
 
 use crate::arm::path;
+use crate::contents::CalibrationRecording;
 use crate::plot::to_time;
-use crate::recording::CalibrationRecording;
 use crate::shape::small;
 use crate::style;
 

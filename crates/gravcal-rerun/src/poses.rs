@@ -8,8 +8,8 @@ use re_sdk::log::TimeColumn;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 use re_sdk_types::archetypes::StateChange;
 
+use crate::contents::CalibrationRecording;
 use crate::plot::sequence;
-use crate::recording::CalibrationRecording;
 
 /// The timelines of poses.
 pub struct PoseTimes {

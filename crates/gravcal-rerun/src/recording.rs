@@ -4,14 +4,12 @@ use std::io;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-use gravcal_calibration::result::{EstimatorResult, deciding};
-use gravcal_robot_model::Session;
 use re_sdk::external::re_uri::ProxyUri;
 use re_sdk::log::ChunkBatcherConfig;
 use re_sdk::{RecordingStream, RecordingStreamBuilder, SpawnOptions};
 use thiserror::Error;
 
-use crate::explanation::Explanation;
+use crate::contents::CalibrationRecording;
 use crate::{arm, blueprint, gravity, identifiability, poses, residuals, series, sweeps, trace, verdict};
 
 /// Under this name the viewer remembers what a user changed of the layout.
@@ -22,19 +20,6 @@ pub const VIEWER_URL: &str = re_sdk::DEFAULT_CONNECT_URL;
 const PATIENCE_TO_CONNECT: Duration = Duration::from_secs(5);
 /// How long a viewer may take to receive everything.
 const PATIENCE: Duration = Duration::from_secs(60);
-
-/// What is shown.
-#[derive(Clone, Copy, Debug)]
-pub struct CalibrationRecording<'a> {
-    /// Identifies the recording: the same for the same input, such as a hash of it.
-    pub id: &'a str,
-    /// What was said beforehand, and the poses.
-    pub session: &'a Session,
-    /// What the estimators answered.
-    pub results: &'a [EstimatorResult],
-    /// All values, as a table for people.
-    pub table: &'a str,
-}
 
 /// Why there is no recording.
 #[derive(Debug, Error)]
@@ -124,24 +109,6 @@ impl CalibrationRecording<'_> {
         trace::log(stream, self)?;
         identifiability::log(stream, self)?;
         Ok(())
-    }
-
-    /// The result that decides.
-    pub(crate) fn deciding(&self) -> Option<&EstimatorResult> {
-        deciding(self.results)
-    }
-
-    /// Everyone who says what the readings should be, nominal sensors first.
-    pub(crate) fn explanations(&self) -> Vec<Explanation<'_>> {
-        let nominal = self.deciding().and_then(Explanation::nominal);
-        nominal.into_iter().chain(self.results.iter().filter_map(Explanation::of)).collect()
-    }
-
-    /// Channels of which anyone says anything, in the session's order.
-    pub(crate) fn channels(&self) -> Vec<usize> {
-        let explanations = self.explanations();
-        let reported = |channel: &usize| explanations.iter().any(|explanation| explanation.tells(*channel));
-        (0..self.session.channel_count()).filter(reported).collect()
     }
 }
 

@@ -2,10 +2,10 @@
 
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
+use crate::contents::CalibrationRecording;
 use crate::explanation::Explained;
 use crate::plot::{Mark, series};
 use crate::poses::PoseTimes;
-use crate::recording::CalibrationRecording;
 use crate::style;
 
 /// Where residuals in the unit of the reading are logged.

@@ -3,10 +3,10 @@
 use gravcal_calibration::result::{ReadingResidual, TorqueParts};
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
+use crate::contents::CalibrationRecording;
 use crate::explanation::Explained;
 use crate::plot::{Mark, series};
 use crate::poses::PoseTimes;
-use crate::recording::CalibrationRecording;
 use crate::style;
 
 /// Where everything of a channel is logged.

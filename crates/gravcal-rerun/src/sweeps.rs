@@ -12,9 +12,9 @@ use re_sdk_types::archetypes::{LineStrips2D, Points2D};
 use re_sdk_types::components::Radius;
 
 use crate::arm::{coordinates, position_sensors};
+use crate::contents::CalibrationRecording;
 use crate::explanation::Explanation;
 use crate::plot::{sequence, to_time};
-use crate::recording::CalibrationRecording;
 use crate::style;
 
 /// Width and height of a panel, and from one to the next, in units of the picture.

@@ -9,8 +9,8 @@ use gravcal_robot_model::{EstimatorName, Session};
 use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
 
+use crate::contents::CalibrationRecording;
 use crate::read_back::ReadBack;
-use crate::recording::CalibrationRecording;
 
 /// A session with its results.
 #[derive(Clone)]

@@ -3,8 +3,8 @@
 use gravcal_calibration::result::{EstimatorResult, ParameterResult};
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
+use crate::contents::CalibrationRecording;
 use crate::plot::{Mark, iterations, series};
-use crate::recording::CalibrationRecording;
 use crate::style;
 
 /// Logs cost, cosine, step and damping, and the parameters with their intervals.

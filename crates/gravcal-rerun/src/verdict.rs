@@ -5,7 +5,7 @@ use gravcal_report::Advice;
 use re_sdk::{RecordingStream, RecordingStreamError};
 use re_sdk_types::archetypes::TextDocument;
 
-use crate::recording::CalibrationRecording;
+use crate::contents::CalibrationRecording;
 
 /// Logs the verdict, with the table of all values below it.
 pub fn log(stream: &RecordingStream, calibration: &CalibrationRecording<'_>) -> Result<(), RecordingStreamError> {

@@ -234,6 +234,7 @@ fn combined(rows: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Covariance;
     use crate::testing::{Line, Solved, add, fit, fit_robustly};
     use crate::{Block, BlockId, Factor, Noise, ProblemBuilder};
 

@@ -1,6 +1,6 @@
 //! What a file says, read back. That it reproduces the residuals of a recording is tried from outside, in the acceptance tests.
 
-use gravcal_recording::{EarlierNumber, EarlierParameter, EarlierPayload, EarlierQuantity};
+use gravcal_recording::{EarlierEstimate, EarlierNumber, EarlierParameter, EarlierPayload, EarlierQuantity};
 
 use super::*;
 

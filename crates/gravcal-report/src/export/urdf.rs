@@ -7,7 +7,7 @@ use gravcal_dynamics::{BodyInertia, UrdfCorrection};
 
 use super::corrections::{Corrections, JointCorrection};
 use super::numbers::float;
-use super::{Export, ExportError, Exported, head};
+use super::{Export, ExportError, Exported, RobotDescription, head};
 
 const CONVENTION: [&str; 6] = [
     "Convention: the joint's value in this model is position_gain * reading, in rad or m; origins are moved by the position",
@@ -17,15 +17,6 @@ const CONVENTION: [&str; 6] = [
     "Inertias are the file's own, unless the calibration has such of rigid bodies ([constraints] inertia = physical): then theirs,",
     "without loads, each on the link that a joint carries, links fixed to that included.",
 ];
-
-/// The robot's own URDF.
-#[derive(Clone, Copy, Debug)]
-pub struct RobotDescription<'a> {
-    /// Its text.
-    pub urdf: &'a str,
-    /// The link in whose frame gravity is given.
-    pub base: &'a str,
-}
 
 pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Result<Exported, ExportError> {
     let RobotDescription { urdf, base } = export.robot.ok_or(ExportError::NoUrdf)?;

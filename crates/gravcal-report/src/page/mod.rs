@@ -7,6 +7,7 @@
 //! The same input gives the same bytes.
 
 mod arrays;
+mod contents;
 mod correlation;
 mod document;
 mod figures;
@@ -20,27 +21,14 @@ mod tests;
 mod verdict;
 
 use gravcal_calibration::doubts_of_results;
-use gravcal_calibration::result::{EstimatorResult, deciding};
-use gravcal_robot_model::Session;
 use maud::{Markup, html};
 
 use crate::doubts::HEADING;
 use crate::json::JsonError;
-use crate::provenance::Provenance;
+pub use contents::CalibrationPage;
 pub(crate) use document::document;
 
 const SCRIPT: &str = concat!(include_str!("plot.js"), include_str!("page.js"));
-
-/// The page of a calibration.
-#[derive(Clone, Copy, Debug)]
-pub struct CalibrationPage<'a> {
-    /// What was calibrated; its readings are drawn.
-    pub session: &'a Session,
-    /// What the estimators answered.
-    pub results: &'a [EstimatorResult],
-    /// Where it comes from.
-    pub provenance: &'a Provenance,
-}
 
 impl CalibrationPage<'_> {
     /// The page.
@@ -62,18 +50,6 @@ impl CalibrationPage<'_> {
             (provenance::section(self.provenance))
         };
         Ok(document(&title, &body, Some((&data, SCRIPT))))
-    }
-
-    /// The estimator that decides.
-    fn main(&self) -> Option<&EstimatorResult> {
-        deciding(self.results)
-    }
-
-    /// Those that are drawn, the one that decides first.
-    fn drawn(&self) -> Vec<&EstimatorResult> {
-        let main = self.main();
-        let others = self.results.iter().filter(|result| main.is_none_or(|main| main.name != result.name));
-        main.into_iter().chain(others).filter(|result| result.fit.is_some()).take(2).collect()
     }
 }
 

@@ -1,11 +1,12 @@
 //! What a page says first, and how large it is.
 
-use gravcal_calibration::result::{ReadingResidual, Undetermined, Verdict};
+use gravcal_calibration::result::{EstimatorResult, ReadingResidual, Undetermined, Verdict};
+use gravcal_robot_model::Session;
 use gravcal_robot_model::session::ReadingId;
 use gravcal_session::simulation::Simulation;
 
 use super::*;
-use crate::provenance::Options;
+use crate::provenance::{Options, Provenance};
 use crate::testing::{determined, fit, result, undetermined};
 
 /// The shoulder's session with its simulated poses.

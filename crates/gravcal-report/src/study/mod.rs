@@ -1,6 +1,7 @@
 //! A study for people and papers: text, Markdown, CSV, figures.
 
 mod comparison;
+mod contents;
 mod csv;
 mod figure;
 mod markdown;
@@ -13,9 +14,6 @@ mod testing;
 mod text;
 
 use std::fmt;
-
-use gravcal_study::batch::Manifest;
-use gravcal_study::measures::Series;
 
 use crate::text::plain;
 
@@ -33,40 +31,9 @@ pub enum ReportError {
     Csv(#[from] ::csv::Error),
 }
 
+pub use contents::StudyReport;
 pub use figure::FigureError;
 pub use summary::StudySummary;
-
-/// A study and what it came to.
-#[derive(Clone, Copy, Debug)]
-pub struct StudyReport<'a> {
-    /// What was studied.
-    pub manifest: &'a Manifest,
-    /// What it came to, in the order of points, estimators, solvers.
-    pub series: &'a [Series],
-}
-
-impl StudyReport<'_> {
-    /// `Study of sequential, joint over noise and converter`.
-    fn title(&self) -> String {
-        let axes: Vec<&str> = self.manifest.axes.iter().map(|axis| axis.name.as_str()).collect();
-        let over = if axes.is_empty() { String::new() } else { format!(" over {}", axes.join(" and ")) };
-        format!("Study of {}{over}", self.manifest.estimators.join(", "))
-    }
-
-    /// The estimator of a series, with the solver where several are compared.
-    fn name(&self, series: &Series) -> String {
-        let estimator = &self.manifest.estimators[series.estimator];
-        match self.manifest.solvers.len() {
-            0 | 1 => estimator.clone(),
-            _ => format!("{estimator}, {}", self.manifest.solvers[series.solver]),
-        }
-    }
-
-    /// Series of one point.
-    fn at(&self, point: usize) -> impl Iterator<Item = &Series> {
-        self.series.iter().filter(move |series| series.point == point)
-    }
-}
 
 impl fmt::Display for StudyReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -9,6 +9,7 @@
 //! determine is counted apart.
 
 mod arm;
+mod knowing;
 mod trial;
 
 use std::collections::BTreeMap;
@@ -17,16 +18,8 @@ use gravcal_estimation::Solver;
 use rayon::prelude::*;
 
 pub(crate) use arm::arm;
+pub use knowing::Knowing;
 pub use trial::{Ending, Trial};
-
-/// What the session says beforehand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Knowing {
-    /// Nominal sensors, and gravity's direction within 60°.
-    Nominal,
-    /// Nothing: torque gains start at 1 count/(N·m), biases at zero, and gravity may point anywhere.
-    Nothing,
-}
 
 /// How often arms ended where.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -9,16 +9,20 @@
 //! deviations are those of the linearized model with the residual variance `s² = Σ r² / (observations − parameters)`.
 //! Each data set has a start that is far and one that is near. The files are read, not held here.
 
+mod certified;
 mod file;
 mod models;
+mod regression;
 
 use std::path::Path;
 use std::sync::Arc;
 
+pub use certified::Certified;
 pub use file::FileError;
+pub(super) use regression::Regression;
 
 use super::{Equations, Minimum, PublishedProblem, Start};
-use crate::{EvaluateError, Number, Problem, RankAnalysis, Values};
+use crate::{EvaluateError, Problem, RankAnalysis, Values};
 use file::Contents;
 use models::{DATA_SETS, Model};
 
@@ -34,21 +38,6 @@ pub struct CertifiedProblem {
     pub certified: Certified,
     /// Terms that may stand in any order, see [`Model::interchangeable`].
     interchangeable: &'static [&'static [usize]],
-}
-
-/// The certified values of a data set.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Certified {
-    /// b1, b2, …
-    pub parameters: Vec<f64>,
-    /// One a parameter.
-    pub standard_deviations: Vec<f64>,
-    /// Σ r².
-    pub sum_of_squares: f64,
-    /// √(Σ r² / degrees of freedom).
-    pub residual_standard_deviation: f64,
-    /// Observations less parameters.
-    pub degrees_of_freedom: f64,
 }
 
 /// Correct digits, as logarithms of relative errors: see [`log_relative_error`].
@@ -145,26 +134,6 @@ pub fn log_relative_error(found: f64, certified: f64) -> f64 {
     let digits = -((found - certified) / certified).abs().log10();
     // Not `clamp`: a NaN has no digit.
     if digits > 0.0 { digits.min(CERTIFIED_DIGITS) } else { 0.0 }
-}
-
-/// Observations and the model of their responses.
-#[derive(Clone, Debug)]
-pub(super) struct Regression {
-    model: Model,
-    /// One an observation.
-    responses: Vec<f64>,
-    /// Observation by observation.
-    predictors: Vec<f64>,
-}
-
-impl Regression {
-    /// Prediction minus response, one row an observation.
-    pub(super) fn evaluate<N: Number>(&self, b: &[N], residual: &mut [N]) {
-        let predictors = self.predictors.chunks_exact(self.model.predictors());
-        for ((row, response), x) in residual.iter_mut().zip(&self.responses).zip(predictors) {
-            *row = self.model.predict(b, x) - *response;
-        }
-    }
 }
 
 #[cfg(test)]
