@@ -4,7 +4,7 @@ use crate::conditions::FoundConditions;
 use crate::error::ReadError;
 use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
 use crate::orientation::FoundOrientation;
-use crate::pose::{Reading, StaticPose};
+use crate::static_pose::{Reading, StaticPose};
 use crate::table::Table;
 
 /// A mapping with the names of columns resolved to their places in one table.

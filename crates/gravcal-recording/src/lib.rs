@@ -49,6 +49,7 @@
 //! The crate knows no robot: a joint is a place in a list. It filters nothing and weighs nothing; only when the mapping asks
 //! for it, it takes means of repeated rows and slopes over time, and leaves out readings by the motion of the arm.
 
+mod column_names;
 mod columns;
 mod conditions;
 mod csv_lines;
@@ -58,6 +59,7 @@ mod error;
 mod file;
 mod iso8601;
 mod mapping;
+mod mapping_error;
 mod memory;
 mod merge;
 mod motion;
@@ -66,6 +68,7 @@ mod pose;
 mod rows;
 mod selection;
 mod slope;
+mod static_pose;
 mod still;
 mod suggest;
 mod sweep;
@@ -89,17 +92,19 @@ pub use earlier::{
 };
 pub use error::{Place, ReadError};
 pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, file_name, holds, read_whole};
-pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
+pub use mapping::{PoseMapping, PositionColumn, ReadingColumn};
+pub use mapping_error::MappingError;
 pub use memory::{Memory, Numbers, NumbersError};
 pub use motion::reader::Part;
 pub use orientation::{Orientation, OrientationColumns, OrientationForm};
-pub use pose::{Reading, Recording, StaticPose, read_part, read_poses};
+pub use pose::{Recording, read_part, read_poses};
 pub use rows::{
     Change, CheckedFile, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError,
     Rewriting, Row, RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, are_same_numbers, column_numbers,
     create, inspect, inspect_as, open, open_as, open_parquet, rewrite, shielded_parquet,
 };
 pub use selection::{MotionLimits, Selection};
+pub use static_pose::{Reading, StaticPose};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;
 pub use sweep::{RejectedStroke, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, slow_sweeps};

@@ -9,7 +9,7 @@
 //! and no standard deviation if one of them is unknown.
 
 use crate::conditions::mean_conditions;
-use crate::pose::{Reading, StaticPose};
+use crate::static_pose::{Reading, StaticPose};
 
 /// Merges consecutive poses of one sweep with exactly equal positions, reached from the same side. The merged pose keeps the first one's line.
 pub(crate) fn merge_repeated(poses: &[StaticPose]) -> Vec<StaticPose> {

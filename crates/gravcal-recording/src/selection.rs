@@ -11,7 +11,7 @@
 //! leave out the torque reading of that joint only. Positions are good at any speed.
 
 use crate::conditions::Conditions;
-use crate::pose::{Reading, StaticPose};
+use crate::static_pose::{Reading, StaticPose};
 
 /// The rule. By default everything counts.
 #[derive(Clone, Debug, Default, PartialEq)]

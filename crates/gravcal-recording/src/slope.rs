@@ -11,7 +11,7 @@
 
 use crate::conditions::{ConditionColumns, Slope};
 use crate::error::{Place, ReadError};
-use crate::pose::StaticPose;
+use crate::static_pose::StaticPose;
 use crate::table::Table;
 
 /// Gives every row of one table the velocities and accelerations that are slopes. The mapping has been checked.

@@ -14,11 +14,11 @@ use csv::StringRecord;
 
 use super::missing::{Missing, report_missing};
 use super::{Row, Rows, Source};
+use crate::column_names::{column_names, columns_without_header};
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::ReadError;
 use crate::file::opened;
 use crate::iso8601;
-use crate::table::{column_names, columns_without_header};
 
 /// Rows of a CSV file.
 pub(crate) struct CsvRows {

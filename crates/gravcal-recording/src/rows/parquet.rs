@@ -21,9 +21,9 @@ pub use self::lengths::CheckedFile;
 use super::missing::{Missing, report_missing};
 use super::shield::shielded;
 use super::{Row, Rows, Source};
+use crate::column_names::check_count;
 use crate::error::ReadError;
 use crate::file::opened;
-use crate::table::check_count;
 
 /// Rows that are decoded together, and the most cells in them.
 const BATCH: usize = 4096;

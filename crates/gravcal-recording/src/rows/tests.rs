@@ -11,6 +11,7 @@ use proptest::prelude::*;
 
 use super::joint_state::cdr;
 use super::*;
+use crate::error::ReadError;
 
 /// A message to be written: topic, time of logging in s, joints, and positions; efforts are ten times as much.
 type Sent<'a> = (&'a str, f64, &'a [&'a str], &'a [f64]);

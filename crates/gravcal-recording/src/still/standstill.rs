@@ -12,7 +12,7 @@ use crate::motion::block::Sum;
 use crate::motion::channels::Channels;
 use crate::motion::median;
 use crate::motion::rough_noise::Scales;
-use crate::pose::{Reading, StaticPose};
+use crate::static_pose::{Reading, StaticPose};
 
 /// Runs that are judged together.
 const BATCH: usize = 64;

@@ -8,7 +8,7 @@ use super::{RejectedStroke, StrokeReason, SweepRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
 use crate::motion::median;
-use crate::pose::{Reading, StaticPose};
+use crate::static_pose::{Reading, StaticPose};
 
 /// Standard errors of a half difference that is one.
 const SURELY: f64 = 5.0;

@@ -9,7 +9,7 @@ use super::weight::Weighing;
 use super::{Course, FEWEST, Kept, MotionSample, MotionWindow, OVERLAP, WindowRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
-use crate::pose::{Reading, StaticPose};
+use crate::static_pose::{Reading, StaticPose};
 
 /// In how many steps a window is divided, at whose ends the model is asked how the arm moves.
 const STEPS: usize = 16;

@@ -42,8 +42,8 @@ use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::motion::channels::Channels;
 use crate::motion::reader::{Part, Reader};
-use crate::pose::StaticPose;
 use crate::rows::Rows;
+use crate::static_pose::StaticPose;
 use clock::Recorded;
 
 pub use clock::Clock;
