@@ -13,6 +13,13 @@ use super::variables::State;
 use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result};
 use crate::result::GravityResult;
 
+/// How many free parameters are open, and how many there are.
+pub(super) fn open_and_asked(session: &Session, judgement: &Judgement) -> [usize; 2] {
+    let free = session.parameters().into_iter().filter(|id| session.fixed(*id).is_none());
+    let is_open: Vec<bool> = free.map(|id| !judgement.determines(id)).collect();
+    [is_open.iter().filter(|open| **open).count(), is_open.len()]
+}
+
 impl Solved {
     /// What is determined.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {

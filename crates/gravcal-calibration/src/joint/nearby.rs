@@ -8,6 +8,7 @@ use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
+use super::judged::open_and_asked;
 use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
 use super::solve_from::solve_from;
@@ -75,7 +76,7 @@ impl Solved {
         let asked = self.limits_of_use(session);
         let known = self.analysis.covariance();
         let judgement = self.judge(session);
-        let matters = self.share_that_matters(session, &judgement);
+        let matters = Solved::share_that_matters(session, &judgement);
         if asked.iter().all(|(column, limit)| known.std(*column) < matters * limit) {
             return Ok(Vec::new()); // no direction makes up more of a standard deviation than there is
         }
@@ -189,10 +190,9 @@ impl Solved {
     }
 
     /// Share of a limit of use that an error must make up to be worth a look.
-    pub(super) fn share_that_matters(&self, session: &Session, judgement: &Judgement) -> f64 {
-        let free = session.parameters().into_iter().filter(|id| session.fixed(*id).is_none());
-        let is_open: Vec<bool> = free.map(|id| !judgement.determines(id)).collect();
-        share_that_matters(is_open.iter().filter(|open| **open).count(), is_open.len())
+    pub(super) fn share_that_matters(session: &Session, judgement: &Judgement) -> f64 {
+        let [open, asked] = open_and_asked(session, judgement);
+        share_that_matters(open, asked)
     }
 
     /// Column and limit of use of gravity and every parameter.

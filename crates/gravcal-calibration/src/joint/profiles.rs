@@ -40,7 +40,7 @@ impl Solved {
         };
         let reported: Vec<(usize, f64)> = determined.filter_map(reported).collect();
         let (values, analysis) = (&self.estimate.values, &self.analysis);
-        let matters = self.share_that_matters(session, &judgement);
+        let matters = Solved::share_that_matters(session, &judgement);
         let profiled = Profiled { problem, values, analysis, reference: reference.as_ref(), matters };
         let profiles = profiled.wider(&reported, environment)?;
         Ok(Solved { profiles, ..self })

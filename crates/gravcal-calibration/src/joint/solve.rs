@@ -6,6 +6,7 @@ use gravcal_robot_model::session::Session;
 
 use super::displaced::{gains_disagree, otherwise_displaced};
 use super::error::EstimateError;
+use super::judged::open_and_asked;
 use super::measurement_set::MeasurementSet;
 use super::order::Order;
 use super::sample::{Sample, thinned};
@@ -19,6 +20,8 @@ use crate::judgement::explained;
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
 const TELLING: usize = 1000;
 
+/// Probability of residuals as large as they are below which other starts are tried where most is open.
+const UNLIKELY: f64 = 0.1;
 /// Starts at most that the last of the method's companions follows.
 const LAST_RESORT: usize = 3;
 
@@ -50,7 +53,8 @@ pub fn solve(
     let doubtful = noise_is_found
         || of_displacement
         || !solved.estimate.termination.converged()
-        || solved.misfit(session)?.is_some();
+        || solved.misfit(session)?.is_some()
+        || solved.is_hardly_explained(session)? && solved.is_mostly_open(session);
     if doubtful && !stopped {
         let readings = &readings.with_rough_unexplained(session);
         return lowest_elsewhere(session, readings, &sample, solved, known, environment);
@@ -165,6 +169,17 @@ fn as_declared(
 }
 
 impl Solved {
+    /// Whether the readings are explained so badly that it happens to one of ten right models.
+    fn is_hardly_explained(&self, session: &Session) -> Result<bool, EvaluateError> {
+        Ok(explained(session, self, 2.0 * self.estimate.cost)?.p_value.is_some_and(|p| p < UNLIKELY))
+    }
+
+    /// Whether most of what is asked for is open: then fits have valleys beside the true one that explain the readings all but as well.
+    fn is_mostly_open(&self, session: &Session) -> bool {
+        let [open, asked] = open_and_asked(session, &self.judge(session));
+        2 * open > asked
+    }
+
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
         Ok(explained(session, self, 2.0 * self.estimate.cost)?.misfit())
