@@ -87,9 +87,9 @@ pub fn least_informed_nearby(
     Ok(found)
 }
 
-/// Share of a limit of use that an error must make up to be worth a look, where so many of all that is asked for are open.
-pub fn share_that_matters(open: usize, asked: usize) -> f64 {
-    if 2 * open > asked { MATTERS_AMONG_OPEN } else { MATTERS }
+/// Share of a limit of use that an error must make up to be worth a look, by whether most of what is asked for is open.
+pub fn share_that_matters(mostly_open: bool) -> f64 {
+    if mostly_open { MATTERS_AMONG_OPEN } else { MATTERS }
 }
 
 /// The growth of ½ χ² in one direction that is as improbable as a growth in several. Where so many directions lose their effect they explain

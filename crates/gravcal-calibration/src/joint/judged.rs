@@ -13,11 +13,11 @@ use super::variables::State;
 use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result};
 use crate::result::GravityResult;
 
-/// How many free parameters are open, and how many there are.
-pub(super) fn open_and_asked(session: &Session, judgement: &Judgement) -> [usize; 2] {
+/// Whether more than half of the free parameters are open.
+pub(super) fn mostly_open(session: &Session, judgement: &Judgement) -> bool {
     let free = session.parameters().into_iter().filter(|id| session.fixed(*id).is_none());
-    let is_open: Vec<bool> = free.map(|id| !judgement.determines(id)).collect();
-    [is_open.iter().filter(|open| **open).count(), is_open.len()]
+    let (open, determined): (Vec<ParameterId>, Vec<_>) = free.partition(|id| !judgement.determines(*id));
+    open.len() > determined.len()
 }
 
 impl Solved {

@@ -8,14 +8,14 @@ use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
-use super::judged::open_and_asked;
+use super::judged::mostly_open;
 use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
 use super::solve_from::solve_from;
 use super::solved::{Nearby, Solved};
 use super::symmetries::{in_hemisphere, not_as_declared};
 use super::variables::State;
-use crate::judgement::{Judgement, limits_of_use};
+use crate::judgement::limits_of_use;
 
 /// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
 const AS_LIKELY: f64 = 2.0;
@@ -76,7 +76,7 @@ impl Solved {
         let asked = self.limits_of_use(session);
         let known = self.analysis.covariance();
         let judgement = self.judge(session);
-        let matters = Solved::share_that_matters(session, &judgement);
+        let matters = share_that_matters(mostly_open(session, &judgement));
         if asked.iter().all(|(column, limit)| known.std(*column) < matters * limit) {
             return Ok(Vec::new()); // no direction makes up more of a standard deviation than there is
         }
@@ -189,15 +189,35 @@ impl Solved {
         columns.enumerate().map(|(place, column)| (column, along(place).abs())).collect()
     }
 
-    /// Share of a limit of use that an error must make up to be worth a look.
-    pub(super) fn share_that_matters(session: &Session, judgement: &Judgement) -> f64 {
-        let [open, asked] = open_and_asked(session, judgement);
-        share_that_matters(open, asked)
-    }
-
     /// Column and limit of use of gravity and every parameter.
     pub(super) fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
         let JointProblem { variables, .. } = &self.built;
         limits_of_use(session, (self.judged_problem(), &self.estimate.values), variables, &self.readings.spreads)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_robot_model::parameter::SensorParameter;
+
+    use super::*;
+    use crate::joint::{Signals, select, solve};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    /// All is determined so well that nothing nearby is looked at.
+    #[test]
+    fn an_end_of_another_start_widens_what_differs_there() {
+        let session = sarcos_shoulder().session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+        assert!(solved.nearby.is_empty() && solved.profiles.is_empty());
+        let block = solved.built.variables.block(ParameterId::Sensor(1, SensorParameter::PositionOffset));
+        let column = solved.judged_problem().columns_of(block).next().unwrap();
+        let std = solved.uncertainty.covariance().std(column);
+        let mut other = solved.estimate.values.clone();
+        other.set(block, &[other.scalar(block) + 10.0 * std]);
+        let widened = Solved { elsewhere: vec![other], ..solved }.widened(&session);
+        // The other end lies within two of the standard deviations that are told.
+        assert!((widened.uncertainty.covariance().std(column) / (5.0 * std) - 1.0).abs() < 1e-9);
     }
 }

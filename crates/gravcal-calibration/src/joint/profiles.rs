@@ -4,11 +4,12 @@
 //! any constant would explain its readings.
 
 use gravcal_estimation::Reference;
-use gravcal_identification::{MOST_COLUMNS, Profiled, SolveEnvironment};
+use gravcal_identification::{MOST_COLUMNS, Profiled, SolveEnvironment, share_that_matters};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::error::EstimateError;
+use super::judged::mostly_open;
 use super::reference::WIDTH;
 use super::solved::Solved;
 
@@ -40,7 +41,7 @@ impl Solved {
         };
         let reported: Vec<(usize, f64)> = determined.filter_map(reported).collect();
         let (values, analysis) = (&self.estimate.values, &self.analysis);
-        let matters = Solved::share_that_matters(session, &judgement);
+        let matters = share_that_matters(mostly_open(session, &judgement));
         let profiled = Profiled { problem, values, analysis, reference: reference.as_ref(), matters };
         let profiles = profiled.wider(&reported, environment)?;
         Ok(Solved { profiles, ..self })

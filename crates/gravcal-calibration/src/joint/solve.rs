@@ -6,7 +6,7 @@ use gravcal_robot_model::session::Session;
 
 use super::displaced::{gains_disagree, otherwise_displaced};
 use super::error::EstimateError;
-use super::judged::open_and_asked;
+use super::judged::mostly_open;
 use super::measurement_set::MeasurementSet;
 use super::order::Order;
 use super::sample::{Sample, thinned};
@@ -20,9 +20,10 @@ use crate::judgement::explained;
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
 const TELLING: usize = 1000;
 
-/// Probability of residuals as large as they are below which other starts are tried where most is open.
+/// Where most is open, fits have valleys beside the true one that explain the readings all but as well: there other starts are tried where residuals
+/// as large have less than this probability.
 const UNLIKELY: f64 = 0.1;
-/// Starts at most that the last of the method's companions follows.
+/// Starts at most that each of the method's companions follows but for the first.
 const LAST_RESORT: usize = 3;
 
 /// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
@@ -54,7 +55,7 @@ pub fn solve(
         || of_displacement
         || !solved.estimate.termination.converged()
         || solved.misfit(session)?.is_some()
-        || solved.is_hardly_explained(session)? && solved.is_mostly_open(session);
+        || solved.is_hardly_explained(session)? && mostly_open(session, &solved.judge(session));
     if doubtful && !stopped {
         let readings = &readings.with_rough_unexplained(session);
         return lowest_elsewhere(session, readings, &sample, solved, known, environment);
@@ -129,12 +130,12 @@ fn from_other_starts(
     likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, on, second);
     likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, own);
     likeliest.or_from(further_starts(session, sample, known, own)?, follow, on, own);
-    for (other, most) in companions.iter().zip([usize::MAX, LAST_RESORT]) {
+    for (place, other) in companions.iter().enumerate() {
         if likeliest.best.termination.converged() && likeliest.best.solution.misfit(session)?.is_none() {
             break;
         }
         let mut starts = further_starts(session, sample, known, other)?;
-        starts.truncate(most);
+        starts.truncate(if place == 0 { usize::MAX } else { LAST_RESORT });
         likeliest.or_from(starts, follow, on, other);
     }
     Ok(likeliest)
@@ -172,12 +173,6 @@ impl Solved {
     /// Whether the readings are explained so badly that it happens to one of ten right models.
     fn is_hardly_explained(&self, session: &Session) -> Result<bool, EvaluateError> {
         Ok(explained(session, self, 2.0 * self.estimate.cost)?.p_value.is_some_and(|p| p < UNLIKELY))
-    }
-
-    /// Whether most of what is asked for is open: then fits have valleys beside the true one that explain the readings all but as well.
-    fn is_mostly_open(&self, session: &Session) -> bool {
-        let [open, asked] = open_and_asked(session, &self.judge(session));
-        2 * open > asked
     }
 
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
