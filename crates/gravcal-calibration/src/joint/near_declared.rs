@@ -27,7 +27,7 @@ use super::variables::State;
 /// Farther from its nominal value, rad, no offset is declared: zero positions are known to a few degrees.
 const FAR_OFFSET: f64 = 0.17;
 /// Farther from its nominal value, as a share of it, no position gain is.
-const FAR_GAIN: f64 = 0.2;
+const FAR_GAIN: f64 = 0.1;
 
 /// A joint and what is known of its position sensor.
 type PositionParameter = (usize, SensorParameter);
