@@ -42,6 +42,11 @@ impl Line {
         self.y + self.slope() * (x - self.x)
     }
 
+    /// By how much the line exceeds a parabola with the second derivative 2 at `x`, but for the third moment of the points' places.
+    pub fn above_parabola(&self, x: f64) -> f64 {
+        self.xx / self.count - (x - self.x).powi(2)
+    }
+
     /// Its variance there, in units of that of a point.
     pub fn leverage(&self, x: f64) -> f64 {
         1.0 / self.count + if self.xx > 0.0 { (x - self.x).powi(2) / self.xx } else { 0.0 }
@@ -71,6 +76,7 @@ mod tests {
         assert!((line.slope() - 3.0).abs() < 1e-12 && (line.at(10.0) - 32.0).abs() < 1e-12);
         let (squares, degrees) = line.squares();
         assert!((squares - 4.0).abs() < 1e-12 && degrees == 2.0);
+        assert!((line.above_parabola(1.5) - 1.25).abs() < 1e-12 && (line.above_parabola(2.5) - 0.25).abs() < 1e-12);
         assert!((line.leverage(1.5) - 0.25).abs() < 1e-12 && (line.leverage(4.0) - 0.25 - 1.25).abs() < 1e-12);
         // Steps of −2, 0, 2.
         let (stepped, steps) = line.stepped();

@@ -11,7 +11,7 @@
 //!
 //! 1. Blocks of samples in which one joint moves one way, and no other by more than half a bin, are a stroke ([`stroke`]). It has bins of
 //!    the joint's angle; in each the straight line through the blocks gives the readings at its centre ([`line`]), so that both
-//!    directions are compared at one angle, to second order in the width of a bin.
+//!    directions are compared at one angle; what readings bend within a bin is taken off ([`bend`]).
 //! 2. Inertia acts both ways alike, so it does not cancel: a bin counts where the joint's acceleration, and its speed squared (by which it
 //!    acts on the other joints), are small, and the speed is that of its neighbours. That leaves out the bins near turning points.
 //! 3. Strokes of one joint with the others at one place are a sweep; bins that were passed both ways are its poses ([`pair`]).
@@ -25,6 +25,7 @@
 //! the directions see the arm at different angles, which adds `k τ′(θ) θ̇ δ`; in the mean that cancels. A ripple of the torque whose
 //! period is many bins is the same both ways, and stays in the mean.
 
+mod bend;
 mod line;
 mod noise;
 mod pair;

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::bend::bends;
+use super::line::Line;
 use super::noise::BlockNoise;
 use super::stroke::{Bin, Stroke};
 use super::{RejectedStroke, StrokeReason, SweepRule};
@@ -201,8 +203,9 @@ impl Maker<'_> {
     fn sweep(&self, strokes: &[Stroke]) -> Sweep {
         let ways = [1.0, -1.0].map(|way| strokes.iter().filter(|stroke| stroke.direction == way).collect::<Vec<_>>());
         let indices: BTreeSet<i64> = strokes.iter().flat_map(|stroke| stroke.bins.keys().copied()).collect();
+        let bent = [0, 1].map(|way: usize| self.bent(&ways[way]));
         let bin = |index: &i64| {
-            let [up, down] = [&ways[0], &ways[1]].map(|way| self.side(way, *index));
+            let [up, down] = [0, 1].map(|way: usize| self.side(&ways[way], &bent[way], *index));
             Some(SweptBin { sides: [up?, down?] })
         };
         let bins: Vec<SweptBin> = indices.iter().filter_map(bin).collect();
@@ -219,13 +222,34 @@ impl Maker<'_> {
         }
     }
 
+    /// Second derivative of each channel over the joint's reading in each bin of strokes of one way.
+    fn bent(&self, strokes: &[&Stroke]) -> Vec<BTreeMap<i64, f64>> {
+        let indices: BTreeSet<i64> = strokes.iter().flat_map(|stroke| stroke.bins.keys().copied()).collect();
+        let bins = |index: &i64| strokes.iter().filter_map(|stroke| stroke.bins.get(index)).collect::<Vec<&Bin>>();
+        let passed: Vec<(i64, Vec<&Bin>)> = indices.iter().map(|index| (*index, bins(index))).collect();
+        let of_channel = |channel: usize| {
+            let said = passed.iter().filter(|(_, bins)| bins.iter().all(|bin| bin.channels[channel].count > 0.0));
+            let values: Vec<(i64, f64)> =
+                said.map(|(index, bins)| (*index, weighted(channel, bins, self.centre(*index)))).collect();
+            let of_width = self.rule.width(self.joint).powi(-2);
+            let bends = bends(&values).into_iter().map(|bend| bend * of_width);
+            values.iter().map(|(index, _)| *index).zip(bends).collect()
+        };
+        (0..self.channels.list.len()).map(of_channel).collect()
+    }
+
+    /// The joint's reading at the centre of a bin.
+    fn centre(&self, index: i64) -> f64 {
+        (index as f64 + 0.5) * self.rule.width(self.joint)
+    }
+
     /// What strokes of one way say in a bin; nothing where none passed it.
-    fn side(&self, strokes: &[&Stroke], index: i64) -> Option<StaticPose> {
+    fn side(&self, strokes: &[&Stroke], bent: &[BTreeMap<i64, f64>], index: i64) -> Option<StaticPose> {
         let passed: Vec<(&Stroke, &Bin)> =
             strokes.iter().filter_map(|stroke| Some((*stroke, stroke.bins.get(&index)?))).collect();
         let (first, first_bin) = passed.first()?;
         let bins: Vec<&Bin> = passed.iter().map(|(_, bin)| *bin).collect();
-        let centre = (index as f64 + 0.5) * self.rule.width(self.joint);
+        let centre = self.centre(index);
         let mean = |value: &dyn Fn(&Bin) -> f64| bins.iter().map(|bin| value(bin)).sum::<f64>() / bins.len() as f64;
         let joints = 0..self.channels.joints;
         let position =
@@ -237,7 +261,8 @@ impl Maker<'_> {
             |channel: usize| bins.iter().any(|bin| bin.ends[channel].0 > SATURATED * bin.ends[channel].1);
         let reading = |channel: &Option<usize>| {
             let channel = said(channel).filter(|channel| !is_saturated(*channel))?;
-            Some(self.reading(channel, &bins, centre))
+            let bend = bent[channel].get(&index).copied().unwrap_or(0.0);
+            Some(self.reading(channel, &bins, (centre, bend)))
         };
         let mut direction = first.approach.clone();
         direction[self.joint] = first.direction;
@@ -271,14 +296,25 @@ impl Maker<'_> {
         Some(pose)
     }
 
-    /// The mean of lines at the centre of a bin, each with the weight of its number of blocks.
-    fn reading(&self, channel: usize, bins: &[&Bin], centre: f64) -> Reading {
+    /// The mean of lines at the centre of a bin, less what a reading with this second derivative bends within it.
+    fn reading(&self, channel: usize, bins: &[&Bin], (centre, bend): (f64, f64)) -> Reading {
         let own = self.channels.torques[self.joint] == Some(channel);
         let block = if own { self.noise.own[channel] } else { self.noise.others[channel] };
-        let count: f64 = bins.iter().map(|bin| bin.channels[channel].count).sum();
-        let share = |bin: &Bin| bin.channels[channel].count / count;
-        let value = bins.iter().map(|bin| share(bin) * bin.channels[channel].at(centre)).sum();
-        let variance: f64 = bins.iter().map(|bin| share(bin).powi(2) * bin.channels[channel].leverage(centre)).sum();
+        let above: f64 = shares(channel, bins).map(|(share, line)| share * line.above_parabola(centre)).sum();
+        let value = weighted(channel, bins, centre) - 0.5 * bend * above;
+        let variance: f64 = shares(channel, bins).map(|(share, line)| share.powi(2) * line.leverage(centre)).sum();
         Reading { value, std: Some((block * variance).sqrt()).filter(|std| *std > 0.0) }
     }
+}
+
+/// The mean of lines at the centre of a bin.
+fn weighted(channel: usize, bins: &[&Bin], centre: f64) -> f64 {
+    shares(channel, bins).map(|(share, line)| share * line.at(centre)).sum()
+}
+
+/// The lines of a channel, each with its share in the number of blocks.
+fn shares<'b>(channel: usize, bins: &[&'b Bin]) -> impl Iterator<Item = (f64, &'b Line)> {
+    let count: f64 = bins.iter().map(|bin| bin.channels[channel].count).sum();
+    let share = move |bin: &&'b Bin| (bin.channels[channel].count / count, &bin.channels[channel]);
+    bins.iter().map(share).collect::<Vec<_>>().into_iter()
 }

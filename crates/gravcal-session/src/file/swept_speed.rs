@@ -6,9 +6,10 @@
 //!
 //! It goes with the square of the speed, so that it is the same both ways and does not cancel in their mean. On the joint that sweeps it is
 //! zero. By the masses and inertia tensors of the robot's file (of a link without a tensor its mass in its centre of mass) it is
-//! subtracted from each reading. Such files are off by a third at worst ([`UNCERTAIN`]), and what is wrong then is wrong alike in a whole sweep:
-//! where that share of it exceeds what noise leaves in the mean of all readings of the sweep, the reading is left out, as the arm passed too
-//! fast for it. Where the file states no masses nothing can be said.
+//! subtracted from each reading. Such files are off by a third at worst ([`UNCERTAIN`]), and a load whose place nobody states may be
+//! anywhere nearby ([`NEARBY`]). What is wrong then is wrong alike in a whole sweep: where it may exceed a quarter of what noise leaves in the mean
+//! of all readings of the sweep ([`TOLERATED`]), the reading is left out, as the arm passed too fast for it. Where the file states no masses
+//! nothing can be said.
 
 use gravcal_dynamics::{BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
 use gravcal_recording::{StaticPose, Sweeps};
@@ -20,11 +21,21 @@ use gravcal_robot_model::session::{JointPriors, Load};
 /// drawing, and what hangs on an arm is in none.
 const UNCERTAIN: f64 = 1.0 / 3.0;
 
+/// How far a load's centre of mass may lie from the origin of its link's frame along each of its axes where nobody states its place, m: chosen,
+/// as a tool's is.
+const NEARBY: f64 = 0.1;
+
+/// Share of the noise of a sweep's mean up to which a wrong correction is tolerated: what is wrong in the masses is wrong alike in all sweeps of a
+/// session, sixteen of which make as much of it as of their noise.
+const TOLERATED: f64 = 0.25;
+
 /// The arm as its file states it, with a load or without.
 pub(super) struct MovingArm<'a> {
     chain: &'a Chain,
     joints: &'a [JointPriors],
     parameters: Vec<f64>,
+    /// The same with a load whose place is not known in other places nearby.
+    elsewhere: Vec<Vec<f64>>,
     dynamics: InverseDynamics,
 }
 
@@ -40,13 +51,24 @@ impl<'a> MovingArm<'a> {
                 true => BodyInertia::about_center(*mass, [x / mass, y / mass, z / mass], [0.0; 6]),
                 false => BodyInertia { mass: *mass, first_moment: [*x, *y, *z], tensor: *tensor },
             };
-        let mut bodies: Vec<BodyInertia> = stated.as_chunks().0.iter().map(body).collect();
-        if let Some(load) = load.filter(|load| !load.is_unknown()) {
-            let carried = BodyInertia::about_center(load.mass, load.position.unwrap_or_default(), [0.0; 6]);
-            bodies[load.link] = bodies[load.link] + carried;
-        }
-        let parameters = bodies.iter().flat_map(BodyInertia::parameters).collect();
-        Some(MovingArm { chain, joints, parameters, dynamics: InverseDynamics::new(chain) })
+        let bodies: Vec<BodyInertia> = stated.as_chunks().0.iter().map(body).collect();
+        let load = load.filter(|load| !load.is_unknown());
+        let with_load = |shift: [f64; 3]| -> Vec<f64> {
+            let mut bodies = bodies.clone();
+            if let Some(load) = load {
+                let position = load.position.unwrap_or(shift);
+                bodies[load.link] = bodies[load.link] + BodyInertia::about_center(load.mass, position, [0.0; 6]);
+            }
+            bodies.iter().flat_map(BodyInertia::parameters).collect()
+        };
+        let elsewhere = match load.is_some_and(|load| load.position.is_none()) {
+            true => {
+                [0, 1, 2].map(|axis| with_load(std::array::from_fn(|k| if k == axis { NEARBY } else { 0.0 }))).into()
+            }
+            false => Vec::new(),
+        };
+        let parameters = with_load([0.0; 3]);
+        Some(MovingArm { chain, joints, parameters, elsewhere, dynamics: InverseDynamics::new(chain) })
     }
 
     /// Takes from the readings of joints that stand what the speed makes of them, and leaves out those of which it is known too badly. Says so.
@@ -56,12 +78,14 @@ impl<'a> MovingArm<'a> {
             let alike = (sweep.bins.len() as f64).sqrt();
             for side in sweep.bins.iter_mut().flat_map(|bin| &mut bin.sides) {
                 let torque = self.of_speed(side, sweep.joint);
-                for (joint, torque) in torque.iter().enumerate().filter(|(joint, _)| *joint != sweep.joint) {
+                for (joint, (torque, uncertain)) in
+                    torque.into_iter().enumerate().filter(|(joint, _)| *joint != sweep.joint)
+                {
                     let Some(reading) = &mut side.torque[joint] else { continue };
-                    let made = self.nominal(joint, SensorParameter::TorqueGain) * torque;
-                    reading.value -= made;
+                    let gain = self.nominal(joint, SensorParameter::TorqueGain);
+                    reading.value -= gain * torque;
                     largest = largest.max(torque.abs());
-                    if reading.std.is_some_and(|std| UNCERTAIN * made.abs() * alike > std) {
+                    if reading.std.is_some_and(|std| (gain * uncertain).abs() * alike > TOLERATED * std) {
                         side.torque[joint] = None;
                         left_out += 1;
                     }
@@ -71,7 +95,8 @@ impl<'a> MovingArm<'a> {
         (left_out > 0).then(|| {
             format!(
                 "{left_out} readings of joints that stand while another sweeps are left out: its speed makes up to {} N·m of them, known by the \
-                 masses of the robot's file to a third at best, which exceeds what noise leaves in their mean. Sweep more slowly.",
+                 masses of the robot's file to a third at best, too badly beside what noise leaves in their mean. Sweep more slowly, or state \
+                 where loads are.",
                 significant(largest, 2)
             )
         })
@@ -81,8 +106,8 @@ impl<'a> MovingArm<'a> {
         self.joints[joint].of(parameter).nominal
     }
 
-    /// Torques that the speed of one joint makes, N·m.
-    fn of_speed(&mut self, side: &StaticPose, swept: usize) -> Vec<f64> {
+    /// Torques that the speed of one joint makes, and by how much each may be off, N·m.
+    fn of_speed(&mut self, side: &StaticPose, swept: usize) -> Vec<(f64, f64)> {
         let count = self.joints.len();
         let coordinate = |joint: usize| {
             self.nominal(joint, SensorParameter::PositionGain) * side.position[joint]
@@ -93,8 +118,17 @@ impl<'a> MovingArm<'a> {
         let speed = side.conditions.velocity.get(swept).copied().unwrap_or(0.0);
         velocities[swept] = self.nominal(swept, SensorParameter::PositionGain) * speed;
         let motion = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
-        let parameters = DynamicParameters { links: &self.parameters, rotor_inertia: &accelerations };
-        self.chain.inverse_dynamics(Single, motion, [0.0; 3], parameters, &mut self.dynamics);
-        self.dynamics.torque.clone()
+        let mut torques = |links: &[f64]| {
+            let parameters = DynamicParameters { links, rotor_inertia: &accelerations };
+            self.chain.inverse_dynamics(Single, motion, [0.0; 3], parameters, &mut self.dynamics);
+            self.dynamics.torque.clone()
+        };
+        let stated = torques(&self.parameters);
+        let elsewhere: Vec<Vec<f64>> = self.elsewhere.iter().map(|links| torques(links)).collect();
+        let uncertain = |joint: usize| {
+            let moved = elsewhere.iter().map(|torque| (torque[joint] - stated[joint]).powi(2)).sum::<f64>();
+            ((UNCERTAIN * stated[joint]).powi(2) + moved).sqrt()
+        };
+        (0..count).map(|joint| (stated[joint], uncertain(joint))).collect()
     }
 }

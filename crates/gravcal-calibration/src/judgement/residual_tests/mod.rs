@@ -16,7 +16,8 @@
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. By as much as such a term would move a number
 //! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
-//! an uncertainty. The verdict stays *partly determined*: the term belongs into the model. Less is told, and changes no verdict. The side
+//! an uncertainty. A zero that drifts is seldom alone: where one is named, those of other channels are taken to drift, too, by the trend that
+//! their own residuals show and its standard deviation. The verdict stays *partly determined*: the term belongs into the model. Less is told, and changes no verdict. The side
 //! from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
 //! fit (`joint/at_rest.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
@@ -138,6 +139,7 @@ impl Tests<'_> {
     fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
         let mut named: Vec<ResidualTest> = Vec::new();
         let (mut missing, mut lacking) = (Vec::new(), 0);
+        let mut drifting = Vec::new();
         let mut neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
         let mut found = self.tested(&maker, &rows, &neighbours, &self.candidates(&maker, &rows));
         loop {
@@ -147,6 +149,7 @@ impl Tests<'_> {
             correct(&mut found, named.last().map_or(0.0, |last| last.corrected_p_value));
             let tells = found.first().is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
             if !tells || lacking == MOST_NAMED {
+                missing.extend(self.drifts_of_others(&drifting, &found));
                 named.extend(found.into_iter().map(|tested| tested.test));
                 return (named, missing);
             }
@@ -155,6 +158,7 @@ impl Tests<'_> {
             let judged = self.judged(&first.candidate, first.test);
             if judged.spoils_intervals {
                 missing.extend(self.missing(&first.candidate, &first.coefficients));
+                drifting.extend(first.candidate.drifting());
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
@@ -181,6 +185,21 @@ impl Tests<'_> {
             Candidate::Term(channel, term) => Some(self.columns.missing(*channel, term, coefficients)),
             Candidate::Together(term) => Some(self.columns.missing_in_each_joint(term, coefficients)),
         }
+    }
+
+    /// What a model without drifts may not say of the other channels, where some have a zero that drifts. Of each that is
+    /// as large as the root of the squares of the trend that is seen and its standard deviation.
+    fn drifts_of_others(&self, drifting: &[usize], found: &[Tested]) -> Vec<Vec<f64>> {
+        let may_drift = |tested: &&Tested| match tested.candidate {
+            Candidate::Term(channel, Term::Trend) => !drifting.is_empty() && !drifting.contains(&channel),
+            _ => false,
+        };
+        let at_most = |tested: &Tested| {
+            let with_std = (1.0 + 1.0 / tested.test.statistic).sqrt(); // the statistic is (coefficient / std)²
+            let coefficients: Vec<f64> = tested.coefficients.iter().map(|c| c * with_std).collect();
+            self.missing(&tested.candidate, &coefficients)
+        };
+        found.iter().filter(may_drift).filter_map(at_most).collect()
     }
 
     /// Columns of a candidate that are looked for in what the fit leaves; none of what is tested otherwise.
@@ -399,6 +418,14 @@ impl Tests<'_> {
 }
 
 impl Candidate {
+    /// The channel whose zero drifts.
+    fn drifting(&self) -> Option<usize> {
+        match self {
+            Candidate::Term(channel, Term::Trend | Term::TrendInTables | Term::Tables) => Some(*channel),
+            _ => None,
+        }
+    }
+
     /// Whether another need not be looked for where this is in the model.
     fn covers(&self, other: &Candidate) -> bool {
         let own = |term: &Term| matches!(other, Candidate::Term(_, other) if other == term);
