@@ -38,15 +38,16 @@ struct Recorder {
     text: String,
     time: f64,
     random: Pcg64,
-    /// Noise of the last sample, and its correlation with the next.
+    /// Noise of the last sample, its size, and its correlation with the next.
     noise: [f64; 2],
+    size: f64,
     correlation: f64,
 }
 
 impl Recorder {
     fn new(seed: u64, correlation: f64) -> Recorder {
         let random = Pcg64::seed_from_u64(seed);
-        Recorder { text: "time_s,q,p,y,z\n".to_owned(), time: 0.0, random, noise: [0.0; 2], correlation }
+        Recorder { text: "time_s,q,p,y,z\n".to_owned(), time: 0.0, random, noise: [0.0; 2], size: NOISE, correlation }
     }
 
     fn normal(&mut self) -> f64 {
@@ -58,7 +59,7 @@ impl Recorder {
         for channel in 0..2 {
             let fresh = self.normal();
             self.noise[channel] =
-                self.correlation * self.noise[channel] + (1.0 - self.correlation.powi(2)).sqrt() * NOISE * fresh;
+                self.correlation * self.noise[channel] + (1.0 - self.correlation.powi(2)).sqrt() * self.size * fresh;
         }
         let (y, z) = (y + friction + self.noise[0], z + self.noise[1]);
         let [q, p] = [q, p].map(|at| at + 1e-5 * self.normal());
@@ -98,6 +99,21 @@ fn errors(sweeps: &Sweeps) -> [f64; 2] {
         };
         (poses.iter().map(|pose| error(pose).powi(2)).sum::<f64>() / poses.len() as f64).sqrt()
     })
+}
+
+/// The straight lines alone are off by a twelfth of a bin's square, times half the second derivative: 1.2e-3 here, of bins of 2.8°.
+#[test]
+fn what_readings_bend_within_a_bin_is_taken_off() {
+    let mut recorder = Recorder { size: 1e-9, ..Recorder::new(1, 0.0) };
+    recorder.stroke(-1.0, 1.2, 0.09, 0.4);
+    recorder.stroke(1.2, -1.0, 0.09, 0.4);
+    let sweeps = recorder.sweeps(&SweepRule { bin: 0.05, ..rule() });
+    let poses: Vec<_> = sweeps.found.iter().flat_map(|sweep| sweep.poses(false)).collect();
+    assert!(poses.len() > 30, "{}", poses.len());
+    for pose in poses {
+        let off = pose.torque[0].unwrap().value - at_rest(pose.position[0])[0];
+        assert!(off.abs() < 6e-5, "{off} at {}", pose.position[0]);
+    }
 }
 
 #[test]

@@ -71,6 +71,36 @@ fn a_zero_that_drifts_is_named_with_its_size() {
     assert!((test.size / (3.0 * NOISE / 4000.0) - 1.0).abs() < 0.3 && test.unit == "count/s", "{test:?}");
 }
 
+/// Half a standard deviation of a reading over the session is named in no joint by itself.
+#[test]
+fn where_one_zero_drifts_others_are_taken_to_drift_by_what_they_show() {
+    let calibrated = |over_session: [f64; 2]| {
+        let mut session = shoulder().session(0);
+        let count = session.poses.len() as f64;
+        for (place, pose) in session.poses.iter_mut().enumerate() {
+            for (joint, drift) in [1, 2].into_iter().zip(over_session) {
+                if let Some(reading) = &mut pose.torque[joint] {
+                    reading.value += drift * NOISE * place as f64 / count;
+                }
+            }
+        }
+        estimate(&session)
+    };
+    let std = |result: &EstimatorResult| result.parameter("joint3.torque_bias").unwrap().std.unwrap();
+    let [alone, with_another] = [[0.0, 0.5], [6.0, 0.5]].map(calibrated);
+    assert!(named(&alone).is_empty(), "{:?}", named(&alone));
+    assert!(named(&with_another).iter().all(|test| test.channel == "joint2"), "{:?}", named(&with_another));
+    let trend = |test: &&ResidualTest| test.channel == "joint3" && test.kind == ResidualTestKind::Trend;
+    let trend = with_another.residual_tests.iter().find(trend).unwrap();
+    // Half of what the trend and its standard deviation come to over the session, and what the drift of the other joint moves.
+    let times = shoulder().session(0).poses.iter().filter_map(|pose| pose.conditions.time).fold(0.0, f64::max);
+    let moved = 0.5 * times * trend.size.abs() * (1.0 + 1.0 / trend.statistic).sqrt();
+    let expected = std(&alone).hypot(moved);
+    assert!((0.95..1.6).contains(&(std(&with_another) / expected)), "{} {expected}", std(&with_another));
+    assert!(std(&with_another) > 1.2 * std(&alone), "{} {}", std(&with_another), std(&alone));
+    assert!(with_another.notes.iter().any(|note| note.contains("seldom alone")), "{:?}", with_another.notes);
+}
+
 #[test]
 fn a_coordinate_that_runs_unevenly_is_named() {
     let truth = [0.006, -0.0045];

@@ -13,6 +13,10 @@ use crate::result::{ResidualTest, ResidualTestKind};
 const WIDENED: &str =
     "Intervals are widened by as much as it moves each number, and are in doubt as long as the model lacks it.";
 
+/// What is said where the zero of some channels drifts.
+const OTHERS_DRIFT: &str = "A zero that drifts is seldom alone: intervals of the other channels allow for as much of a drift as their own residuals \
+     show, named or not.";
+
 /// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
     let of_kind = |kind: &ResidualTestKind| -> Vec<&ResidualTest> {
@@ -26,7 +30,14 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueLag)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueFilter)))
         .chain(of_neighbours(&of_kind(&ResidualTestKind::Neighbours)))
+        .chain(tests.iter().any(drifts).then(|| OTHERS_DRIFT.to_owned()))
         .collect()
+}
+
+/// Whether a zero drifts by so much that intervals are widened.
+fn drifts(test: &ResidualTest) -> bool {
+    use ResidualTestKind::{Tables, Trend, TrendInTables};
+    test.named && test.spoils_intervals && matches!(test.kind, Trend | TrendInTables | Tables { .. })
 }
 
 fn reported_once(kind: &ResidualTestKind) -> bool {
