@@ -7,7 +7,7 @@ use serde::Serialize;
 /// One test on the residuals of a channel: a term that the model lacks, or neighbours that are alike.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ResidualTest {
-    /// `joint3`, or `wrist.fx`; `all joints` where one size of a term is looked for in all.
+    /// `joint3`, or `wrist.fx`; `all joints` where a term is looked for in all at once.
     pub channel: String,
     /// What was looked for.
     #[serde(flatten)]

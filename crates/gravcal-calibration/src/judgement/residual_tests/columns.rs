@@ -126,28 +126,36 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// What moves the estimate where a term of these coefficients is missing, one entry a row of the problem, in standard deviations. A zero
-    /// that drifts was at the beginning what the bias says, as a model of the drift has it.
+    /// What moves the estimate where a term of these coefficients is missing, one entry a row of the problem, in standard deviations.
     pub fn missing(&self, channel: usize, term: &Term, coefficients: &[f64]) -> Vec<f64> {
-        let columns = match term {
-            Term::Trend => vec![self.time_since(channel, |_| 0)],
-            Term::TrendInTables => vec![self.time_since(channel, |pose| self.session.poses[pose].table)],
-            _ => self.of(channel, term),
-        };
+        weighted_sum(&self.lacked(channel, term), coefficients, self.rows)
+    }
+
+    /// The same of a term that each joint has, with these coefficients.
+    pub fn missing_in_joints(&self, term: &Term, coefficients: &[f64]) -> Vec<f64> {
+        let columns: Vec<Vec<f64>> =
+            self.joints_with(term).into_iter().flat_map(|joint| self.lacked(joint, term)).collect();
         weighted_sum(&columns, coefficients, self.rows)
     }
 
-    /// The same of a term that all joints have with one coefficient.
-    pub fn missing_in_each_joint(&self, term: &Term, coefficients: &[f64]) -> Vec<f64> {
-        let columns = self.of_each_joint(term);
-        let coefficient = coefficients.first().copied().unwrap_or(0.0);
-        weighted_sum(&columns, &vec![coefficient; columns.len()], self.rows)
+    /// Columns of a term as a model of it has it: a zero that drifts was at the beginning what the bias says.
+    fn lacked(&self, channel: usize, term: &Term) -> Vec<Vec<f64>> {
+        match term {
+            Term::Trend => vec![self.time_since(channel, |_| 0)],
+            Term::TrendInTables => vec![self.time_since(channel, |pose| self.session.poses[pose].table)],
+            _ => self.of(channel, term),
+        }
     }
 
     /// The columns of a term in each joint that it may be in.
     pub fn of_each_joint(&self, term: &Term) -> Vec<Vec<f64>> {
+        self.joints_with(term).into_iter().flat_map(|joint| self.of(joint, term)).collect()
+    }
+
+    /// Joints that a term may be in.
+    fn joints_with(&self, term: &Term) -> Vec<usize> {
         let may_be = |joint: &usize| self.terms(*joint).contains(term) || self.terms_of_position(*joint).contains(term);
-        (0..self.slopes.len()).filter(may_be).flat_map(|joint| self.of(joint, term)).collect()
+        (0..self.slopes.len()).filter(may_be).collect()
     }
 
     /// Tables in which a channel is read.

@@ -10,8 +10,9 @@
 //! ([`delayed`]).
 //!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
-//! recorder does the same to all torques. One compliance of all joints, one lag and one filter of all torques are therefore looked for, too;
-//! these have half of the probability of naming anything, as all other tests together have.
+//! recorder does the same to all torques. One compliance of all joints, one lag and one filter of all torques are therefore looked for, too, and
+//! whether the zeros of all joints drift, each by itself, as an arm that warms up lets them; these have half of the probability of naming anything,
+//! as all other tests together have.
 //!
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. By as much as such a term would move a number
@@ -124,6 +125,8 @@ enum Candidate {
     Neighbours(usize),
     /// With one coefficient for all joints.
     Together(Term),
+    /// With a coefficient for each joint.
+    InEach(Term),
 }
 
 struct Tests<'a> {
@@ -158,7 +161,7 @@ impl Tests<'_> {
             let judged = self.judged(&first.candidate, first.test);
             if judged.spoils_intervals {
                 missing.extend(self.missing(&first.candidate, &first.coefficients));
-                drifting.extend(first.candidate.drifting());
+                drifting.extend(self.drifting(&first.candidate));
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
@@ -183,7 +186,20 @@ impl Tests<'_> {
         match candidate {
             Candidate::Neighbours(_) => None,
             Candidate::Term(channel, term) => Some(self.columns.missing(*channel, term, coefficients)),
-            Candidate::Together(term) => Some(self.columns.missing_in_each_joint(term, coefficients)),
+            Candidate::Together(term) => {
+                let coefficient = coefficients.first().copied().unwrap_or(0.0);
+                Some(self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()]))
+            }
+            Candidate::InEach(term) => Some(self.columns.missing_in_joints(term, coefficients)),
+        }
+    }
+
+    /// The channels whose zero drifts where this is so.
+    fn drifting(&self, candidate: &Candidate) -> Vec<usize> {
+        match candidate {
+            Candidate::Term(channel, Term::Trend | Term::TrendInTables | Term::Tables) => vec![*channel],
+            Candidate::InEach(Term::Trend) => (0..self.session.joints.len()).collect(),
+            _ => Vec::new(),
         }
     }
 
@@ -209,6 +225,7 @@ impl Tests<'_> {
             Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
             Candidate::Term(channel, term) => self.columns.of(*channel, term),
             Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
+            Candidate::InEach(term) => self.columns.of_each_joint(term),
         }
     }
 
@@ -283,6 +300,9 @@ impl Tests<'_> {
                 candidates.push(Candidate::Together(term));
             }
         }
+        if scattered.iter().filter(|channel| **channel < self.session.joints.len()).count() > 1 {
+            candidates.push(Candidate::InEach(Term::Trend));
+        }
         candidates
     }
 
@@ -329,6 +349,14 @@ impl Tests<'_> {
             Candidate::Together(term) => {
                 let tested = self.report(0, term, score(maker, rows, neighbours, left)?);
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
+                Some(Tested { test, candidate: candidate.clone(), ..tested })
+            }
+            Candidate::InEach(term) => {
+                let scored = score(maker, rows, neighbours, left)?;
+                let largest = |(_, a): &(usize, &f64), (_, b): &(usize, &f64)| a.abs().total_cmp(&b.abs());
+                let (joint, size) = scored.coefficients.iter().enumerate().max_by(largest)?;
+                let (size, tested) = (*size, self.report(joint, term, scored));
+                let test = ResidualTest { channel: ALL_JOINTS.into(), size, ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
             }
             Candidate::Term(channel, term) => {
@@ -411,31 +439,23 @@ impl Tests<'_> {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
             Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
             Candidate::Term(joint, Term::Compliance) => test.in_noise >= MATTERS && !self.solved.has_bending(*joint),
-            Candidate::Term(..) | Candidate::Together(_) => test.in_noise >= MATTERS,
+            Candidate::Term(..) | Candidate::Together(_) | Candidate::InEach(_) => test.in_noise >= MATTERS,
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }
     }
 }
 
 impl Candidate {
-    /// The channel whose zero drifts.
-    fn drifting(&self) -> Option<usize> {
-        match self {
-            Candidate::Term(channel, Term::Trend | Term::TrendInTables | Term::Tables) => Some(*channel),
-            _ => None,
-        }
-    }
-
     /// Whether another need not be looked for where this is in the model.
     fn covers(&self, other: &Candidate) -> bool {
         let own = |term: &Term| matches!(other, Candidate::Term(_, other) if other == term);
-        self == other || matches!(self, Candidate::Together(term) if own(term))
+        self == other || matches!(self, Candidate::Together(term) | Candidate::InEach(term) if own(term))
     }
 }
 
 /// The share of each in the probability of naming anything: those of all joints count as much as all others together.
 fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
-    let of_all_joints = |tested: &Tested| matches!(tested.candidate, Candidate::Together(_));
+    let of_all_joints = |tested: &Tested| matches!(tested.candidate, Candidate::Together(_) | Candidate::InEach(_));
     let together = found.iter().filter(|tested| of_all_joints(tested)).count();
     let share = (found.len() - together).max(1) as f64 / together.max(1) as f64;
     move |tested| if of_all_joints(tested) { share } else { 1.0 }

@@ -195,6 +195,10 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
     let of_joint = session.robot.chain.joints().iter().any(|joint| joint.name == *channel);
     let size = significant(*size, 2);
     let (what, cure) = match &test.kind {
+        ResidualTestKind::Trend if channel == ALL_JOINTS => (
+            format!("The residuals of all joints together show that zeros drift, by up to {size} {unit}."),
+            drift(true),
+        ),
         ResidualTestKind::Trend => {
             (format!("The residual of {channel} drifts by {size} {unit}: its zero creeps."), drift(of_joint))
         }
