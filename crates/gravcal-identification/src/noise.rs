@@ -8,8 +8,14 @@
 //!     (d₀ s₀² + d s²)/(d₀ + d)
 //! ```
 //!
-//! Where channels differ by more than chance, or have been read often, that is `s²` as it was; where they do not differ it is that of all. Where
-//! at most one channel has a degree of freedom left, nothing tells whether they differ: each would be as quiet as the fit can make it.
+//! Where channels differ by more than chance ([`DIFFERENT`]), and have been read often, that is `s²` as it was; where they do not, it is that of
+//! all. Few degrees of freedom do not tell whether they differ, and a channel that passes for a quiet one has more weight, and fewer degrees of
+//! freedom the next time: each would be as quiet as the fit can make it. Chance is judged by Bartlett's test (*Proc. R. Soc. Lond. A* 160, 1937), with
+//! `d = Σ d_j` and `s² = Σ d_j s_j²/d` of k channels,
+//!
+//! ```text
+//!     (d ln s² − Σ d_j ln s_j²) / (1 + (Σ 1/d_j − 1/d)/(3 (k − 1)))  ~  χ²(k − 1)
+//! ```
 //!
 //! Why it is so, and what was tried: `docs/decisions/moderated-noise.md`.
 //!
@@ -19,10 +25,14 @@
 //!     σ = median |r| / √(1 − h) / 0.6745         (Huber, Robust statistics, 1981, section 5.1; h: leverage)
 //! ```
 
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::gamma::digamma;
 
 use crate::median::{NORMAL_MEDIAN, median};
 use crate::residuals::RowResidual;
+
+/// Probability of variances that differ so much by chance, below which channels are not alike.
+const DIFFERENT: f64 = 0.05;
 
 /// A residual of a reading.
 #[derive(Clone, Copy, Debug)]
@@ -93,7 +103,7 @@ impl CommonNoise {
         let informative: Vec<&Residuals> =
             channels.iter().filter(|c| c.variance().is_some() && c.freedom >= 1.0).collect();
         let count = informative.len() as f64;
-        if count < 2.0 {
+        if !differ(&informative) {
             return CommonNoise::of_all(channels);
         }
         let logarithms = || informative.iter().filter_map(|c| Some(c.variance()?.ln() - excess(c.freedom)));
@@ -102,7 +112,7 @@ impl CommonNoise {
         let by_chance = informative.iter().map(|c| trigamma(0.5 * c.freedom)).sum::<f64>() / count;
         Some(match freedom_of_scatter(scatter - by_chance) {
             Some(freedom) => CommonNoise { variance: (mean + excess(freedom)).exp(), freedom },
-            None => return CommonNoise::of_all(informative),
+            None => return CommonNoise::of_all(channels),
         })
     }
 
@@ -121,6 +131,24 @@ impl CommonNoise {
         }
         (self.freedom * self.variance + own.squares) / (self.freedom + own.freedom)
     }
+}
+
+/// Whether variances of channels differ by more than chance.
+fn differ(channels: &[&Residuals]) -> bool {
+    let count = channels.len() as f64;
+    let (Some(common), Ok(by_chance)) =
+        (CommonNoise::of_all(channels.iter().copied()), ChiSquared::new((count - 1.0).max(0.0)))
+    else {
+        return false;
+    };
+    let freedom: f64 = channels.iter().map(|channel| channel.freedom).sum();
+    let apart: f64 = channels
+        .iter()
+        .filter_map(|channel| Some(channel.freedom * (common.variance / channel.variance()?).ln()))
+        .sum();
+    let inverses: f64 = channels.iter().map(|channel| 1.0 / channel.freedom).sum();
+    let correction = 1.0 + (inverses - 1.0 / freedom) / (3.0 * (count - 1.0));
+    by_chance.sf(apart / correction) < DIFFERENT
 }
 
 /// Mean of `ln(χ²_d/d)`.
@@ -181,6 +209,22 @@ mod tests {
     fn sensors_without_a_degree_of_freedom_each_are_one() {
         let found = moderated(&[(900.0, 0.5), (1.0, 0.3), (1e-9, 0.2)]);
         assert!(found.iter().all(|v| (v - 450.3).abs() < 1e-6), "{found:?}");
+    }
+
+    /// With s² of 1 and 16 and five degrees of freedom each, the statistic is (10 ln 8.5 − 5 ln 16) / 1.1 = 6.9, which χ² of one degree of freedom
+    /// exceeds in 0.9 %; with two each it is 2.4, in 12 %.
+    #[test]
+    fn channels_differ_where_chance_does_not_make_it() {
+        let differ = |of: &[(f64, f64)]| super::differ(&channels(of).iter().collect::<Vec<_>>());
+        assert!(differ(&[(1.0, 5.0), (16.0, 5.0)]) && differ(&[(1.0, 16.0), (16.0, 16.0)]));
+        assert!(!differ(&[(1.0, 2.0), (16.0, 2.0)]) && !differ(&[(1.0, 50.0)]) && !differ(&[]));
+    }
+
+    /// Six channels share three degrees of freedom, and one of them has half of these: by themselves five would be a hundred times quieter.
+    #[test]
+    fn few_degrees_of_freedom_do_not_make_quiet_channels() {
+        let found = moderated(&[(4e-4, 1.5), (1e-6, 1.1), (1e-8, 0.2), (1e-9, 0.1), (1e-8, 0.05), (1e-9, 0.05)]);
+        assert!(found.iter().all(|v| (v / 2e-4 - 1.0).abs() < 0.01), "{found:?}");
     }
 
     #[test]

@@ -150,13 +150,14 @@ impl Tests<'_> {
             let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
             found.sort_by(|a, b| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
             correct(&mut found, named.last().map_or(0.0, |last| last.corrected_p_value));
-            let tells = found.first().is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
+            let next = next(&found);
+            let tells = found.get(next).is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
             if !tells || lacking == MOST_NAMED {
                 missing.extend(self.drifts_of_others(&drifting, &found));
                 named.extend(found.into_iter().map(|tested| tested.test));
                 return (named, missing);
             }
-            let first = found.remove(0);
+            let first = found.remove(next);
             found.retain(|other| !first.candidate.covers(&other.candidate));
             let judged = self.judged(&first.candidate, first.test);
             if judged.spoils_intervals {
@@ -197,7 +198,7 @@ impl Tests<'_> {
     /// The channels whose zero drifts where this is so.
     fn drifting(&self, candidate: &Candidate) -> Vec<usize> {
         match candidate {
-            Candidate::Term(channel, Term::Trend | Term::TrendInTables | Term::Tables) => vec![*channel],
+            Candidate::Term(channel, Term::Trend | Term::TrendInTables) => vec![*channel],
             Candidate::InEach(Term::Trend) => (0..self.session.joints.len()).collect(),
             _ => Vec::new(),
         }
@@ -451,6 +452,14 @@ impl Candidate {
         let own = |term: &Term| matches!(other, Candidate::Term(_, other) if other == term);
         self == other || matches!(self, Candidate::Together(term) | Candidate::InEach(term) if own(term))
     }
+}
+
+/// The place of what is named next, of tests in the order of their weighted p-values: what each joint shows a little of comes last, as one joint that
+/// shows much of it is to be named by itself.
+fn next(found: &[Tested]) -> usize {
+    let in_each = |tested: &Tested| matches!(tested.candidate, Candidate::InEach(_));
+    let tells = |tested: &Tested| tested.test.corrected_p_value < SIGNIFICANCE;
+    found.iter().position(|tested| tells(tested) && !in_each(tested)).unwrap_or(0)
 }
 
 /// The share of each in the probability of naming anything: those of all joints count as much as all others together.

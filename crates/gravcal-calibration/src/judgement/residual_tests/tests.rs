@@ -71,7 +71,7 @@ fn a_zero_that_drifts_is_named_with_its_size() {
     assert!((test.size / (3.0 * NOISE / 4000.0) - 1.0).abs() < 0.3 && test.unit == "count/s", "{test:?}");
 }
 
-/// Half a standard deviation of a reading over the session is named in no joint by itself.
+/// A quarter of a standard deviation of a reading over the session is named in no joint by itself.
 #[test]
 fn where_one_zero_drifts_others_are_taken_to_drift_by_what_they_show() {
     let calibrated = |over_session: [f64; 2]| {
@@ -87,7 +87,7 @@ fn where_one_zero_drifts_others_are_taken_to_drift_by_what_they_show() {
         estimate(&session)
     };
     let std = |result: &EstimatorResult| result.parameter("joint3.torque_bias").unwrap().std.unwrap();
-    let [alone, with_another] = [[0.0, 0.5], [6.0, 0.5]].map(calibrated);
+    let [alone, with_another] = [[0.0, 0.25], [6.0, 0.25]].map(calibrated);
     assert!(named(&alone).is_empty(), "{:?}", named(&alone));
     assert!(named(&with_another).iter().all(|test| test.channel == "joint2"), "{:?}", named(&with_another));
     let trend = |test: &&ResidualTest| test.channel == "joint3" && test.kind == ResidualTestKind::Trend;
