@@ -264,7 +264,7 @@ direction = [0, 1, -3]
 magnitude_m_per_s2 = 9.81
 [torque]
 unit = "N·m"
-std = 6e-3
+std = 2.4e-2
 [position]
 unit = "rad"
 [recording]
@@ -297,7 +297,7 @@ held_deg = { elbow = 40 }
     }
 
     /// What the speed of the shoulder makes the elbow read is the same both ways; it is subtracted, or the reading left out where
-    /// a third of it exceeds what noise leaves in the mean.
+    /// a third of it exceeds a quarter of what noise leaves in the mean.
     #[test]
     fn a_sweep_is_recorded_slowly_and_its_speed_is_subtracted() {
         let folder = tempfile::tempdir().unwrap();
@@ -305,8 +305,8 @@ held_deg = { elbow = 40 }
         let (session, differences) = swept(folder.path(), SWEEP);
         assert!(session.poses.len() > 60 && differences.len() == session.poses.len(), "{}", differences.len());
         assert!(session.poses.iter().all(|pose| pose.torque[0].is_some()));
-        // What noise leaves in the mean is 7e-4.
-        assert!(mean(&differences).abs() < 2e-3, "{}", mean(&differences));
+        // What noise leaves in the mean is 2.8e-3.
+        assert!(mean(&differences).abs() < 8e-3, "{}", mean(&differences));
         // Without masses nothing is subtracted; the readings are the same.
         let robot =
             TWO_JOINTS.lines().filter(|line| !line.starts_with("mass_kg") && !line.starts_with("center_of_mass"));
@@ -316,7 +316,7 @@ held_deg = { elbow = 40 }
             |session: &Session| session.poses.iter().map(|pose| pose.torque[1].unwrap().value).collect::<Vec<_>>();
         let made = (mean(&readings(&bare)) - mean(&readings(&session))).abs();
         assert!((3e-4..5e-3).contains(&made), "{made}");
-        let (session, differences) = swept(folder.path(), &SWEEP.replace("std = 6e-3", "std = 6e-5"));
+        let (session, differences) = swept(folder.path(), &SWEEP.replace("std = 2.4e-2", "std = 6e-5"));
         assert!(differences.len() < session.poses.len() / 4, "{} of {}", differences.len(), session.poses.len());
         let notes = session.searched[0].notes(&session.readings).concat();
         assert!(notes.contains("its speed makes up to 0.00"), "{notes}");
@@ -324,6 +324,25 @@ held_deg = { elbow = 40 }
         fs::write(folder.path().join("simulation.toml"), refused).unwrap();
         let refused = Simulation::read(&folder.path().join("simulation.toml")).unwrap_err().to_string();
         assert!(refused.contains("recording.sweep_deg_per_s"), "{refused}");
+    }
+
+    /// A load of which nobody states where it is may move otherwise than one in the origin of its link's frame.
+    #[test]
+    fn what_a_load_does_at_speed_is_known_where_its_place_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let loaded = format!(
+            "{SWEEP}load = \"disc\"\n[[load]]\nname = \"disc\"\nmass_kg = 0.5\nlink = \"forearm\"\nposition_m = [0.02, 0.0, 0.0]\n"
+        );
+        let read = |session: &Session| session.poses.iter().filter(|pose| pose.torque[1].is_some()).count();
+        let (unknown, _) = swept(folder.path(), &loaded);
+        let path = folder.path().join("session.toml");
+        let text = fs::read_to_string(&path).unwrap();
+        let stated = text.replacen("mass_kg = 0.5", "position_m = [0.02, 0.0, 0.0]\nmass_kg = 0.5", 1);
+        assert_ne!(stated, text, "{text}");
+        fs::write(&path, stated).unwrap();
+        let known = read_session(&path).unwrap();
+        assert_eq!(unknown.poses.len(), known.poses.len());
+        assert!(read(&unknown) < read(&known), "{} {}", read(&unknown), read(&known));
     }
 
     #[test]
