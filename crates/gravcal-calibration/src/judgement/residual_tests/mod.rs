@@ -42,6 +42,7 @@ use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, m
 use gravcal_estimation::{Loss, in_parallel};
 use gravcal_recording::file_name;
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::joint::{OfReadings, Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
@@ -61,6 +62,8 @@ const ALIKE: f64 = 0.2;
 const MOST_NAMED: usize = 8;
 /// Residuals below this share of the readings' range are those of arithmetic.
 const ROUNDING: f64 = 1e-7;
+/// Degrees of freedom of what has a known scale.
+const MANY: u32 = 1_000_000;
 /// Candidates of whose columns the fit's part is taken off at once.
 const TOGETHER: usize = 4;
 /// Entries of the Jacobian beyond which it is not made a second time.
@@ -145,6 +148,7 @@ impl Tests<'_> {
         let mut drifting = Vec::new();
         let mut neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
         let mut found = self.tested(&maker, &rows, &neighbours, &self.candidates(&maker, &rows));
+        found.extend(self.drift_of_all(&found));
         loop {
             let weight = weights(&found);
             let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
@@ -178,6 +182,7 @@ impl Tests<'_> {
                 rows.count_freedom(&maker);
                 let candidates: Vec<Candidate> = found.into_iter().map(|tested| tested.candidate).collect();
                 found = self.tested(&maker, &rows, &neighbours, &candidates);
+                found.extend(self.drift_of_all(&found));
             }
         }
     }
@@ -202,6 +207,40 @@ impl Tests<'_> {
             Candidate::InEach(Term::Trend) => (0..self.session.joints.len()).collect(),
             _ => Vec::new(),
         }
+    }
+
+    /// Whether the zeros of all joints drift, each by itself: Fisher's combination of their own tests, `−2 Σ ln p_j ~ χ²(2k)` (*Statistical Methods
+    /// for Research Workers*, 4th edition, 1932, section 21.1), each of which knows how well its joint's noise is known.
+    fn drift_of_all(&self, found: &[Tested]) -> Option<Tested> {
+        let joints = self.session.joints.len();
+        let of_joint =
+            |tested: &&Tested| matches!(tested.candidate, Candidate::Term(joint, Term::Trend) if joint < joints);
+        let own: Vec<&Tested> = found.iter().filter(of_joint).collect();
+        if own.len() < 2 {
+            return None;
+        }
+        let freedom = 2.0 * own.len() as f64;
+        let sum = own.iter().map(|tested| -2.0 * tested.test.p_value.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
+        let p_value = ChiSquared::new(freedom).ok()?.sf(sum);
+        let largest = own.iter().max_by(|a, b| a.test.size.abs().total_cmp(&b.test.size.abs()))?;
+        let mut coefficients = vec![0.0; joints];
+        for tested in &own {
+            if let Candidate::Term(joint, _) = tested.candidate {
+                coefficients[joint] = tested.coefficients.first().copied().unwrap_or(0.0);
+            }
+        }
+        let test = ResidualTest {
+            channel: ALL_JOINTS.into(),
+            statistic: sum / freedom,
+            degrees_of_freedom: [freedom, f64::from(MANY)],
+            blocks: None,
+            p_value,
+            corrected_p_value: p_value,
+            in_noise: own.iter().map(|tested| tested.test.in_noise).fold(0.0, f64::max),
+            ..largest.test.clone()
+        };
+        let gain = own.iter().map(|tested| tested.gain).sum();
+        Some(Tested { test, candidate: Candidate::InEach(Term::Trend), gain, coefficients })
     }
 
     /// What a model without drifts may not say of the other channels, where some have a zero that drifts. Of each that is
@@ -301,9 +340,6 @@ impl Tests<'_> {
                 candidates.push(Candidate::Together(term));
             }
         }
-        if scattered.iter().filter(|channel| **channel < self.session.joints.len()).count() > 1 {
-            candidates.push(Candidate::InEach(Term::Trend));
-        }
         candidates
     }
 
@@ -352,14 +388,7 @@ impl Tests<'_> {
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
             }
-            Candidate::InEach(term) => {
-                let scored = score(maker, rows, neighbours, left)?;
-                let largest = |(_, a): &(usize, &f64), (_, b): &(usize, &f64)| a.abs().total_cmp(&b.abs());
-                let (joint, size) = scored.coefficients.iter().enumerate().max_by(largest)?;
-                let (size, tested) = (*size, self.report(joint, term, scored));
-                let test = ResidualTest { channel: ALL_JOINTS.into(), size, ..tested.test };
-                Some(Tested { test, candidate: candidate.clone(), ..tested })
-            }
+            Candidate::InEach(_) => None, // of the others together: see `drift_of_all`
             Candidate::Term(channel, term) => {
                 let in_fit = |found: Option<OfReadings>| {
                     of_estimate(found?, rows, *channel, &self.columns.of(*channel, term)[0])
