@@ -92,11 +92,11 @@ impl<'a> MovingArm<'a> {
                 }
             }
         }
+        let cure = if self.elsewhere.is_empty() { "" } else { ", or state position_m of the load" };
         (left_out > 0).then(|| {
             format!(
-                "{left_out} readings of joints that stand while another sweeps are left out: its speed makes up to {} N·m of them, known by the \
-                 masses of the robot's file to a third at best, too badly beside what noise leaves in their mean. Sweep more slowly, or state \
-                 where loads are.",
+                "{left_out} readings of joints that stand while another sweeps are left out: its speed makes up to {} N·m of them, which the \
+                 robot's file tells to a third at best. That is too much beside the noise of their mean. Sweep more slowly{cure}.",
                 significant(largest, 2)
             )
         })

@@ -314,8 +314,11 @@ held_deg = { elbow = 40 }
         let bare = read_session(&folder.path().join("session.toml")).unwrap();
         let readings =
             |session: &Session| session.poses.iter().map(|pose| pose.torque[1].unwrap().value).collect::<Vec<_>>();
-        let made = (mean(&readings(&bare)) - mean(&readings(&session))).abs();
-        assert!((3e-4..5e-3).contains(&made), "{made}");
+        let made = mean(&readings(&bare)) - mean(&readings(&session));
+        // By hand: the forearm is 1 kg at r = 0.4 cos q + 0.1 sin q from the shoulder's axis, and τ = −m ω² r dr/dq.
+        let (speed, (sin, cos)) = (10f64.to_radians(), 40f64.to_radians().sin_cos());
+        let expected = -speed.powi(2) * (0.4 * cos + 0.1 * sin) * (0.1 * cos - 0.4 * sin);
+        assert!((made / expected - 1.0).abs() < 0.03, "{made} {expected}");
         let (session, differences) = swept(folder.path(), &SWEEP.replace("std = 2.4e-2", "std = 6e-5"));
         assert!(differences.len() < session.poses.len() / 4, "{} of {}", differences.len(), session.poses.len());
         let notes = session.searched[0].notes(&session.readings).concat();

@@ -17,17 +17,18 @@
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. By as much as such a term would move a number
 //! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
-//! an uncertainty. A zero that drifts is seldom alone: where one is named, those of other channels are taken to drift, too, by the trend that
-//! their own residuals show and its standard deviation. The verdict stays *partly determined*: the term belongs into the model. Less is told, and changes no verdict. The side
-//! from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
+//! an uncertainty. A zero that drifts is seldom alone: where one is named, others are taken to drift, too ([`drift`]). The verdict stays *partly
+//! determined*: the term belongs into the model. Less is told, and changes no verdict. The side from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
 //! fit (`joint/at_rest.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
 //!
 //! **Not tested**: what was counted by a loss, what has not converged, readings that enter group by group, residuals that are but the
 //! rounding of numbers, a term that the model has already, a channel with too few readings to tell its noise.
 
+mod candidate;
 mod columns;
 mod delayed;
+mod drift;
 mod in_fit;
 mod neighbours;
 mod rows;
@@ -42,19 +43,19 @@ use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, m
 use gravcal_estimation::{Loss, in_parallel};
 use gravcal_recording::file_name;
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::joint::{OfReadings, Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
+pub(crate) use candidate::SIGNIFICANCE;
+use candidate::{Candidate, Tested, correct, next, weights};
 use columns::{ALL_JOINTS, Columns, Term};
+use drift::{drift_of_all, drift_of_joint, drifting, with_error};
 use in_fit::of_estimate;
 use neighbours::Neighbours;
-use rows::Rows;
+use rows::{MANY, Rows};
 use score::{Left, MATTERS, Score, lacking, left_of, score};
 pub(crate) use words::in_words;
 
-/// Probability, corrected for the number of tests, below which something is named.
-pub(crate) const SIGNIFICANCE: f64 = 0.01;
 /// Correlation of neighbours from which intervals from noise cannot hold: they are too narrow by up to a fifth.
 const ALIKE: f64 = 0.2;
 /// More terms are not named: then the model as a whole is wrong. Terms that the fit has as unknowns are no error of it, that neighbours are alike
@@ -62,8 +63,6 @@ const ALIKE: f64 = 0.2;
 const MOST_NAMED: usize = 8;
 /// Residuals below this share of the readings' range are those of arithmetic.
 const ROUNDING: f64 = 1e-7;
-/// Degrees of freedom of what has a known scale.
-const MANY: u32 = 1_000_000;
 /// Candidates of whose columns the fit's part is taken off at once.
 const TOGETHER: usize = 4;
 /// Entries of the Jacobian beyond which it is not made a second time.
@@ -112,26 +111,6 @@ pub(crate) fn residual_tests(
     Ok(ResidualTests { tests, moved: moved_by(&solution, &missing)? })
 }
 
-/// A test with what it is of.
-struct Tested {
-    test: ResidualTest,
-    candidate: Candidate,
-    gain: f64,
-    /// Of each column of the term.
-    coefficients: Vec<f64>,
-}
-
-/// What is looked for, and where.
-#[derive(Clone, Debug, PartialEq)]
-enum Candidate {
-    Term(usize, Term),
-    Neighbours(usize),
-    /// With one coefficient for all joints.
-    Together(Term),
-    /// With a coefficient for each joint.
-    InEach(Term),
-}
-
 struct Tests<'a> {
     session: &'a Session,
     solved: &'a Solved,
@@ -145,10 +124,9 @@ impl Tests<'_> {
     fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
         let mut named: Vec<ResidualTest> = Vec::new();
         let (mut missing, mut lacking) = (Vec::new(), 0);
-        let mut drifting = Vec::new();
+        let mut drift = Vec::new();
         let mut neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
         let mut found = self.tested(&maker, &rows, &neighbours, &self.candidates(&maker, &rows));
-        found.extend(self.drift_of_all(&found));
         loop {
             let weight = weights(&found);
             let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
@@ -157,16 +135,16 @@ impl Tests<'_> {
             let next = next(&found);
             let tells = found.get(next).is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
             if !tells || lacking == MOST_NAMED {
-                missing.extend(self.drifts_of_others(&drifting, &found));
+                missing.extend(self.drifts_of_others(&drift, &found));
                 named.extend(found.into_iter().map(|tested| tested.test));
                 return (named, missing);
             }
             let first = found.remove(next);
-            found.retain(|other| !first.candidate.covers(&other.candidate));
+            found.retain(|other| !self.covers(&first.candidate, &other.candidate));
             let judged = self.judged(&first.candidate, first.test);
             if judged.spoils_intervals {
                 missing.extend(self.missing(&first.candidate, &first.coefficients));
-                drifting.extend(self.drifting(&first.candidate));
+                drift.extend(drifting(&first.candidate, self.session.joints.len()));
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
@@ -180,9 +158,9 @@ impl Tests<'_> {
                     maker = maker.with(std::slice::from_ref(term));
                 }
                 rows.count_freedom(&maker);
-                let candidates: Vec<Candidate> = found.into_iter().map(|tested| tested.candidate).collect();
+                let candidates = found.into_iter().map(|tested| tested.candidate);
+                let candidates: Vec<Candidate> = candidates.filter(|other| *other != Candidate::DriftOfAll).collect();
                 found = self.tested(&maker, &rows, &neighbours, &candidates);
-                found.extend(self.drift_of_all(&found));
             }
         }
     }
@@ -196,66 +174,19 @@ impl Tests<'_> {
                 let coefficient = coefficients.first().copied().unwrap_or(0.0);
                 Some(self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()]))
             }
-            Candidate::InEach(term) => Some(self.columns.missing_in_joints(term, coefficients)),
+            Candidate::DriftOfAll => Some(self.columns.missing_in_joints(&Term::Trend, coefficients)),
         }
     }
 
-    /// The channels whose zero drifts where this is so.
-    fn drifting(&self, candidate: &Candidate) -> Vec<usize> {
-        match candidate {
-            Candidate::Term(channel, Term::Trend | Term::TrendInTables) => vec![*channel],
-            Candidate::InEach(Term::Trend) => (0..self.session.joints.len()).collect(),
-            _ => Vec::new(),
-        }
-    }
-
-    /// Whether the zeros of all joints drift, each by itself: Fisher's combination of their own tests, `−2 Σ ln p_j ~ χ²(2k)` (*Statistical Methods
-    /// for Research Workers*, 4th edition, 1932, section 21.1), each of which knows how well its joint's noise is known.
-    fn drift_of_all(&self, found: &[Tested]) -> Option<Tested> {
-        let joints = self.session.joints.len();
-        let of_joint =
-            |tested: &&Tested| matches!(tested.candidate, Candidate::Term(joint, Term::Trend) if joint < joints);
-        let own: Vec<&Tested> = found.iter().filter(of_joint).collect();
-        if own.len() < 2 {
-            return None;
-        }
-        let freedom = 2.0 * own.len() as f64;
-        let sum = own.iter().map(|tested| -2.0 * tested.test.p_value.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
-        let p_value = ChiSquared::new(freedom).ok()?.sf(sum);
-        let largest = own.iter().max_by(|a, b| a.test.size.abs().total_cmp(&b.test.size.abs()))?;
-        let mut coefficients = vec![0.0; joints];
-        for tested in &own {
-            if let Candidate::Term(joint, _) = tested.candidate {
-                coefficients[joint] = tested.coefficients.first().copied().unwrap_or(0.0);
-            }
-        }
-        let test = ResidualTest {
-            channel: ALL_JOINTS.into(),
-            statistic: sum / freedom,
-            degrees_of_freedom: [freedom, f64::from(MANY)],
-            blocks: None,
-            p_value,
-            corrected_p_value: p_value,
-            in_noise: own.iter().map(|tested| tested.test.in_noise).fold(0.0, f64::max),
-            ..largest.test.clone()
-        };
-        let gain = own.iter().map(|tested| tested.gain).sum();
-        Some(Tested { test, candidate: Candidate::InEach(Term::Trend), gain, coefficients })
-    }
-
-    /// What a model without drifts may not say of the other channels, where some have a zero that drifts. Of each that is
-    /// as large as the root of the squares of the trend that is seen and its standard deviation.
+    /// What a model without drifts may not say of the channels whose own drift is not named; nothing where no zero drifts.
     fn drifts_of_others(&self, drifting: &[usize], found: &[Tested]) -> Vec<Vec<f64>> {
-        let may_drift = |tested: &&Tested| match tested.candidate {
-            Candidate::Term(channel, Term::Trend) => !drifting.is_empty() && !drifting.contains(&channel),
-            _ => false,
+        let of_other = |tested: &Tested| match &tested.candidate {
+            Candidate::Term(channel, Term::Trend) if !drifting.is_empty() && !drifting.contains(channel) => {
+                Some(self.columns.missing(*channel, &Term::Trend, &[with_error(tested)]))
+            }
+            _ => None,
         };
-        let at_most = |tested: &Tested| {
-            let with_std = (1.0 + 1.0 / tested.test.statistic).sqrt(); // the statistic is (coefficient / std)²
-            let coefficients: Vec<f64> = tested.coefficients.iter().map(|c| c * with_std).collect();
-            self.missing(&tested.candidate, &coefficients)
-        };
-        found.iter().filter(may_drift).filter_map(at_most).collect()
+        found.iter().filter_map(of_other).collect()
     }
 
     /// Columns of a candidate that are looked for in what the fit leaves; none of what is tested otherwise.
@@ -265,7 +196,7 @@ impl Tests<'_> {
             Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
             Candidate::Term(channel, term) => self.columns.of(*channel, term),
             Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
-            Candidate::InEach(term) => self.columns.of_each_joint(term),
+            Candidate::DriftOfAll => self.columns.of_each_joint(&Term::Trend),
         }
     }
 
@@ -275,6 +206,16 @@ impl Tests<'_> {
             // Joints do not bend alike: the model takes up what each does.
             Candidate::Together(term) => lacking(maker, self.columns.of_each_joint(term)),
             _ => lacking(maker, self.columns_of(candidate)),
+        }
+    }
+
+    /// Whether another need not be looked for where a candidate is in the model.
+    fn covers(&self, candidate: &Candidate, other: &Candidate) -> bool {
+        let has = |term: &Term| matches!(other, Candidate::Term(_, other) if other == term);
+        match candidate {
+            Candidate::Together(term) => candidate == other || has(term),
+            Candidate::DriftOfAll => candidate == other || drift_of_joint(other, self.session.joints.len()).is_some(),
+            _ => candidate == other,
         }
     }
 
@@ -309,7 +250,9 @@ impl Tests<'_> {
             };
             candidates.iter().zip(places).filter_map(test).collect::<Vec<Tested>>()
         };
-        in_parallel(candidates.chunks(TOGETHER), test).into_iter().flatten().collect()
+        let mut tested: Vec<Tested> = in_parallel(candidates.chunks(TOGETHER), test).into_iter().flatten().collect();
+        tested.extend(drift_of_all(&tested, self.session.joints.len()));
+        tested
     }
 
     fn candidates(&self, maker: &ResidualMaker, rows: &Rows) -> Vec<Candidate> {
@@ -371,7 +314,7 @@ impl Tests<'_> {
                     channel: self.session.channel_name(*channel),
                     kind: ResidualTestKind::Neighbours,
                     statistic: t,
-                    degrees_of_freedom: [1.0, freedom.min(1e6)],
+                    degrees_of_freedom: [1.0, freedom.min(MANY)],
                     blocks: None,
                     p_value,
                     corrected_p_value: p_value,
@@ -388,7 +331,7 @@ impl Tests<'_> {
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
             }
-            Candidate::InEach(_) => None, // of the others together: see `drift_of_all`
+            Candidate::DriftOfAll => None, // made of the others: see `drift.rs`
             Candidate::Term(channel, term) => {
                 let in_fit = |found: Option<OfReadings>| {
                     of_estimate(found?, rows, *channel, &self.columns.of(*channel, term)[0])
@@ -469,50 +412,14 @@ impl Tests<'_> {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
             Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
             Candidate::Term(joint, Term::Compliance) => test.in_noise >= MATTERS && !self.solved.has_bending(*joint),
-            Candidate::Term(..) | Candidate::Together(_) | Candidate::InEach(_) => test.in_noise >= MATTERS,
+            Candidate::Term(..) | Candidate::Together(_) | Candidate::DriftOfAll => test.in_noise >= MATTERS,
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }
     }
-}
-
-impl Candidate {
-    /// Whether another need not be looked for where this is in the model.
-    fn covers(&self, other: &Candidate) -> bool {
-        let own = |term: &Term| matches!(other, Candidate::Term(_, other) if other == term);
-        self == other || matches!(self, Candidate::Together(term) | Candidate::InEach(term) if own(term))
-    }
-}
-
-/// The place of what is named next, of tests in the order of their weighted p-values: what each joint shows a little of comes last, as one joint that
-/// shows much of it is to be named by itself.
-fn next(found: &[Tested]) -> usize {
-    let in_each = |tested: &Tested| matches!(tested.candidate, Candidate::InEach(_));
-    let tells = |tested: &Tested| tested.test.corrected_p_value < SIGNIFICANCE;
-    found.iter().position(|tested| tells(tested) && !in_each(tested)).unwrap_or(0)
-}
-
-/// The share of each in the probability of naming anything: those of all joints count as much as all others together.
-fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
-    let of_all_joints = |tested: &Tested| matches!(tested.candidate, Candidate::Together(_) | Candidate::InEach(_));
-    let together = found.iter().filter(|tested| of_all_joints(tested)).count();
-    let share = (found.len() - together).max(1) as f64 / together.max(1) as f64;
-    move |tested| if of_all_joints(tested) { share } else { 1.0 }
 }
 
 fn sum(columns: &[Vec<f64>]) -> Vec<f64> {
     let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
     columns.iter().for_each(|column| sum.iter_mut().zip(column).for_each(|(sum, own)| *sum += own));
     sum
-}
-
-/// Holm's method with weights: a p-value counts as often as its weight is contained in those of all that are no smaller, and no less than a
-/// smaller one. (Holm 1979, section 4.) With equal weights the k-th smallest of m counts m − k + 1 times.
-fn correct(found: &mut [Tested], least: f64) {
-    let weights: Vec<f64> = found.iter().map(weights(found)).collect();
-    let (mut rest, mut least) = (weights.iter().sum::<f64>(), least);
-    for (tested, weight) in found.iter_mut().zip(weights) {
-        least = least.max((rest / weight * tested.test.p_value).min(1.0));
-        tested.test.corrected_p_value = least;
-        rest -= weight;
-    }
 }

@@ -17,7 +17,7 @@
 use gravcal_estimation::statistics::ResidualMaker;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::rows::Rows;
+use super::rows::{MANY, Rows};
 
 /// Rows up to which the variance is exact.
 const EXACT: usize = 400;
@@ -93,7 +93,7 @@ impl Neighbours {
         let products: f64 = rows.pairs(channel).iter().map(|(i, j)| residuals[*i] * residuals[*j]).sum();
         let correlation = (products / squares - self.product / self.freedom).clamp(-0.999, 0.999);
         let t = correlation * self.student.sqrt() / (1.0 - correlation * correlation).sqrt();
-        let p = StudentsT::new(0.0, 1.0, self.student.min(1e6)).ok()?.sf(t);
+        let p = StudentsT::new(0.0, 1.0, self.student.min(MANY)).ok()?.sf(t);
         (squares > 0.0 && p.is_finite()).then_some((correlation, t, self.student, p))
     }
 

@@ -7,6 +7,9 @@ use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
 
+/// Degrees of freedom beyond which a scale is as good as known.
+pub const MANY: f64 = 1e6;
+
 /// Rows of a problem by what they read. Owners are the channels, and knowledge as the last one.
 #[derive(Debug)]
 pub struct Rows {

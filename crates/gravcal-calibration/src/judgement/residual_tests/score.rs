@@ -21,7 +21,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::neighbours::Neighbours;
-use super::rows::Rows;
+use super::rows::{MANY, Rows};
 
 /// What is seen of a term, in standard deviations of a reading, from which intervals cannot hold.
 pub const MATTERS: f64 = 0.25;
@@ -220,7 +220,7 @@ fn tested(along: &DVector<f64>, covariance: DMatrix<f64>, freedom: f64, factor: 
     let solved = covariance.cholesky()?.solve(along);
     let statistic = factor * along.dot(&solved) / count;
     // Beyond that F is χ²/k, and its series are slow.
-    let freedom = freedom.min(1e6);
+    let freedom = freedom.min(MANY);
     let p = FisherSnedecor::new(count, freedom).ok()?.sf(statistic);
     (statistic.is_finite() && p.is_finite()).then_some((statistic, [count, freedom], p))
 }

@@ -101,6 +101,28 @@ fn where_one_zero_drifts_others_are_taken_to_drift_by_what_they_show() {
     assert!(with_another.notes.iter().any(|note| note.contains("seldom alone")), "{:?}", with_another.notes);
 }
 
+/// So little is named in no joint by itself.
+#[test]
+fn zeros_that_all_drift_a_little_are_named_together() {
+    let calibrated = |(joints, stds): (std::ops::Range<usize>, f64)| {
+        let mut session = shoulder().session(0);
+        let count = session.poses.len() as f64;
+        for (place, pose) in session.poses.iter_mut().enumerate() {
+            for reading in pose.torque[joints.clone()].iter_mut().flatten() {
+                reading.value += stds * NOISE * place as f64 / count;
+            }
+        }
+        estimate(&session)
+    };
+    let [one, all] = [(2..3, 0.3), (0..3, 0.4)].map(calibrated);
+    assert!(named(&one).is_empty(), "{:?}", named(&one));
+    let [only] = named(&all)[..] else { panic!("{:?}", named(&all)) };
+    assert!(only.channel == "all joints" && only.kind == ResidualTestKind::Trend && only.unit == "count/s", "{only:?}");
+    let own = all.residual_tests.iter().filter(|test| test.kind == ResidualTestKind::Trend && !test.named);
+    assert_eq!(own.count(), 0, "what is named together is not tested again");
+    assert!(all.notes.iter().any(|note| note.contains("all joints together show that zeros drift")), "{:?}", all.notes);
+}
+
 #[test]
 fn a_coordinate_that_runs_unevenly_is_named() {
     let truth = [0.006, -0.0045];

@@ -1,0 +1,54 @@
+//! What is looked for, and which of it is named next: p-values corrected for their number.
+
+use super::columns::Term;
+use crate::result::ResidualTest;
+
+/// Probability, corrected for the number of tests, below which something is named.
+pub(crate) const SIGNIFICANCE: f64 = 0.01;
+
+/// A test with what it is of.
+pub struct Tested {
+    pub test: ResidualTest,
+    pub candidate: Candidate,
+    pub gain: f64,
+    /// Of each column of the term.
+    pub coefficients: Vec<f64>,
+}
+
+/// What is looked for, and where.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Candidate {
+    Term(usize, Term),
+    Neighbours(usize),
+    /// With one coefficient for all joints.
+    Together(Term),
+    /// That the zeros of all joints drift, each by itself.
+    DriftOfAll,
+}
+
+/// The place of what is named next, of tests in the order of their weighted p-values. That all zeros drift comes last: one that drifts much is to
+/// be named by itself.
+pub fn next(found: &[Tested]) -> usize {
+    let tells = |tested: &Tested| tested.test.corrected_p_value < SIGNIFICANCE;
+    found.iter().position(|tested| tells(tested) && tested.candidate != Candidate::DriftOfAll).unwrap_or(0)
+}
+
+/// The share of each in the probability of naming anything: those of all joints count as much as all others together.
+pub fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
+    let of_all_joints = |tested: &Tested| matches!(tested.candidate, Candidate::Together(_) | Candidate::DriftOfAll);
+    let together = found.iter().filter(|tested| of_all_joints(tested)).count();
+    let share = (found.len() - together).max(1) as f64 / together.max(1) as f64;
+    move |tested| if of_all_joints(tested) { share } else { 1.0 }
+}
+
+/// Holm's method with weights: a p-value counts as often as its weight is contained in those of all that are no smaller, and no less than a
+/// smaller one. (Holm 1979, section 4.) With equal weights the k-th smallest of m counts m − k + 1 times.
+pub fn correct(found: &mut [Tested], least: f64) {
+    let weights: Vec<f64> = found.iter().map(weights(found)).collect();
+    let (mut rest, mut least) = (weights.iter().sum::<f64>(), least);
+    for (tested, weight) in found.iter_mut().zip(weights) {
+        least = least.max((rest / weight * tested.test.p_value).min(1.0));
+        tested.test.corrected_p_value = least;
+        rest -= weight;
+    }
+}

@@ -1,0 +1,67 @@
+//! Zeros that drift: together, and beside one that is named.
+//!
+//! An arm that warms up lets all zeros drift, each too little to be named. So the joints' own tests of a trend, p-values `p_j`, are combined,
+//!
+//! ```text
+//!     −2 Σ ln p_j  ~  χ²(2k)       of k joints
+//! ```
+//!
+//! (Fisher, *Statistical Methods for Research Workers*, 4th edition, 1932, section 21.1): each knows how well its joint's noise is known, which
+//! an F test of all trends does not. And where a zero drifts, by a trend that is named, others may: the intervals of each other channel allow for a trend
+//! as large as `√(a² + σ_a²)`, with the trend `a` that its own residuals show, and its standard deviation.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::candidate::{Candidate, Tested};
+use super::columns::{ALL_JOINTS, Term};
+use super::rows::MANY;
+use crate::result::ResidualTest;
+
+/// The joint, of so many, of whose zero a candidate says that it drifts steadily.
+pub fn drift_of_joint(candidate: &Candidate, joints: usize) -> Option<usize> {
+    match candidate {
+        Candidate::Term(channel, Term::Trend) => Some(*channel).filter(|joint| *joint < joints),
+        _ => None,
+    }
+}
+
+/// The channels whose zero drifts where a candidate is so.
+pub fn drifting(candidate: &Candidate, joints: usize) -> Vec<usize> {
+    match candidate {
+        Candidate::Term(channel, Term::Trend | Term::TrendInTables) => vec![*channel],
+        Candidate::DriftOfAll => (0..joints).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Whether the zeros of all joints drift, of their own tests; nothing of fewer than two.
+pub fn drift_of_all(found: &[Tested], joints: usize) -> Option<Tested> {
+    let own = || found.iter().filter_map(|tested| Some((drift_of_joint(&tested.candidate, joints)?, tested)));
+    if own().count() < 2 {
+        return None;
+    }
+    let freedom = 2.0 * own().count() as f64;
+    let sum = own().map(|(_, tested)| -2.0 * tested.test.p_value.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
+    let p_value = ChiSquared::new(freedom).ok()?.sf(sum);
+    let (_, largest) = own().max_by(|(_, a), (_, b)| a.test.size.abs().total_cmp(&b.test.size.abs()))?;
+    let mut coefficients = vec![0.0; joints];
+    own().for_each(|(joint, tested)| coefficients[joint] = with_error(tested));
+    let test = ResidualTest {
+        channel: ALL_JOINTS.into(),
+        statistic: sum / freedom,
+        degrees_of_freedom: [freedom, MANY],
+        blocks: None,
+        p_value,
+        corrected_p_value: p_value,
+        in_noise: own().map(|(_, tested)| tested.test.in_noise).fold(0.0, f64::max),
+        ..largest.test.clone()
+    };
+    let gain = own().map(|(_, tested)| tested.gain).sum();
+    Some(Tested { test, candidate: Candidate::DriftOfAll, gain, coefficients })
+}
+
+/// `√(a² + σ_a²)` with the sign of `a`; the statistic of a single trend is `(a/σ_a)²`.
+pub fn with_error(tested: &Tested) -> f64 {
+    let trend = tested.coefficients.first().copied().unwrap_or(0.0);
+    if tested.test.statistic > 0.0 { trend * (1.0 + 1.0 / tested.test.statistic).sqrt() } else { 0.0 }
+}
