@@ -18,7 +18,7 @@ use gravcal_estimation::{
     ProblemBuilder, Reference, SolveError, Values,
 };
 use gravcal_identification::{
-    Combination, End, Fit, Known, Likeliest, Parameter, Profiled, ReadingResidual, SolveEnvironment, fit, judge,
+    Combination, End, Fit, Known, Likeliest, Parameter, Place, Profiled, ReadingResidual, SolveEnvironment, fit, judge,
     limits_of_use, noise_by_squares, row_residuals, share_that_matters,
 };
 use gravcal_solvers::SolverName;
@@ -192,10 +192,11 @@ fn likeliest_fit(
     material: BlockId,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Fit, Box<dyn Error>> {
-    let follow = |start: Values, environment: &SolveEnvironment<'_>| -> Result<End<Fit>, SolveError> {
+    let follow = |start: Values, environment: &SolveEnvironment<'_>| -> Result<End<Fit, Values>, SolveError> {
         let fit = fit(problem, &start, BATHS.len(), environment)?;
         let Estimate { cost, termination, values, .. } = &fit.estimate;
-        Ok(End { height: *cost, termination: *termination, values: values.clone(), solution: fit })
+        let place = Place { minus_log_likelihood: *cost, values: values.clone(), start: values.clone() };
+        Ok(End { place, termination: *termination, solution: fit })
     };
     let other = |value: f64| {
         let mut start = nominal.clone();
@@ -203,7 +204,7 @@ fn likeliest_fit(
         start
     };
     let mut likeliest = Likeliest::first(follow(nominal.clone(), environment)?);
-    likeliest.or_from(OTHER_B.map(other).to_vec(), follow, |fit| fit.estimate.values.clone(), environment);
+    likeliest.or_from(OTHER_B.map(other).to_vec(), follow, environment);
     Ok(likeliest.best.solution)
 }
 

@@ -24,74 +24,82 @@ const SAME: f64 = 1e-5;
 
 /// Where a start led.
 #[derive(Clone, Debug)]
-pub struct End<S> {
+pub struct End<S, Start> {
     /// All of it.
     pub solution: S,
-    /// − ln of its likelihood.
-    pub height: f64,
+    /// Where it is, and how likely.
+    pub place: Place<Start>,
     /// Why the solver ended: whether it is a minimum.
     pub termination: Termination,
-    /// The unknowns there.
+}
+
+/// Where an end is, and how likely.
+#[derive(Clone, Debug)]
+pub struct Place<Start> {
+    /// `− ln L` of the readings there.
+    pub minus_log_likelihood: f64,
+    /// The unknowns of the problem that was solved. Another start may have found other unknowns: only those of one problem compare.
     pub values: Values,
+    /// What starts a solve there.
+    pub start: Start,
 }
 
 /// The likeliest end so far.
 #[derive(Debug)]
-pub struct Likeliest<S> {
-    /// It.
-    pub best: End<S>,
+pub struct Likeliest<S, Start> {
+    /// The end.
+    pub best: End<S, Start>,
     /// Whether it is another than the first.
     pub is_another: bool,
-    /// − ln of the likelihood and unknowns of all others that converged.
-    pub ends: Vec<(f64, Values)>,
+    /// Where all other starts led that converged.
+    pub others: Vec<Place<Start>>,
 }
 
-impl<S: Send + Sync> Likeliest<S> {
+impl<S: Send + Sync, Start: Clone + Send + Sync> Likeliest<S, Start> {
     /// The first.
-    pub fn first(end: End<S>) -> Likeliest<S> {
-        Likeliest { best: end, is_another: false, ends: Vec::new() }
+    pub fn first(end: End<S, Start>) -> Likeliest<S, Start> {
+        Likeliest { best: end, is_another: false, others: Vec::new() }
     }
 
-    /// It, and all others that are not implausible beside it, each once.
-    pub fn plausible(&self) -> Vec<&Values> {
-        let others = self.ends.iter().filter(|(height, _)| *height < self.best.height + IMPLAUSIBLE);
-        let mut apart: Vec<&Values> = Vec::new();
-        for values in std::iter::once(&self.best.values).chain(others.map(|(_, values)| values)) {
-            if !apart.iter().any(|other| are_same(other, values)) {
-                apart.push(values);
+    /// The best, and all others that are not implausible beside it, each once.
+    pub fn plausible(&self) -> Vec<&Start> {
+        let least = self.best.place.minus_log_likelihood;
+        let others = self.others.iter().filter(|place| place.minus_log_likelihood < least + IMPLAUSIBLE);
+        let mut apart: Vec<&Place<Start>> = Vec::new();
+        for place in std::iter::once(&self.best.place).chain(others) {
+            if !apart.iter().any(|other| are_same(&other.values, &place.values)) {
+                apart.push(place);
             }
         }
-        apart
+        apart.into_iter().map(|place| &place.start).collect()
     }
 
-    /// Or a likelier one from one of these starts. `follow` leads from a start to its end, `on` starts where an end is. What still creeps
-    /// after some iterations is followed on only where that may matter, and not beyond a limit of the method's own. Once someone asks to stop,
-    /// no further start is followed.
-    pub fn or_from<Start: Send, E: Send>(
+    /// Or a likelier one from one of these starts. `follow` leads from a start to its end. What still creeps after some iterations is followed
+    /// on only where that may matter, and not beyond a limit of the method's own. Once someone asks to stop, no further start is followed.
+    pub fn or_from<E: Send>(
         &mut self,
         starts: Vec<Start>,
-        follow: impl Fn(Start, &SolveEnvironment<'_>) -> Result<End<S>, E> + Sync,
-        on: impl Fn(&S) -> Start + Sync,
+        follow: impl Fn(Start, &SolveEnvironment<'_>) -> Result<End<S, Start>, E> + Sync,
         environment: &SolveEnvironment<'_>,
     ) {
         let to_its_end = |start: Start| {
             let there = follow(start, &environment.within(FIRST_ITERATIONS))?;
-            let implausible = there.height - self.best.height > IMPLAUSIBLE;
+            let implausible = there.place.minus_log_likelihood - self.best.place.minus_log_likelihood > IMPLAUSIBLE;
             let by_own_limit =
                 matches!(there.termination, Termination::IterationLimit { limit } if limit < FIRST_ITERATIONS);
             match there.termination.converged() || implausible || by_own_limit {
                 true => Ok(there),
-                false => follow(on(&there.solution), environment),
+                false => follow(there.place.start, environment),
             }
         };
         let followed = |start: Start| (!environment.stopped()).then(|| to_its_end(start));
-        let ends: Vec<Option<Result<End<S>, E>>> = in_parallel(starts, followed);
+        let ends: Vec<Option<Result<End<S, Start>, E>>> = in_parallel(starts, followed);
         // A start that leads nowhere says nothing of the others.
         for other in ends.into_iter().flatten().flatten() {
-            let gain = self.best.height - other.height;
+            let gain = self.best.place.minus_log_likelihood - other.place.minus_log_likelihood;
             let converged = [&other, &self.best].map(|end| end.termination.converged());
             if converged[0] {
-                self.ends.push((other.height, other.values.clone()));
+                self.others.push(other.place.clone());
             }
             if gain > DECISIVE || gain > 0.0 && converged == [true, false] {
                 (self.best, self.is_another) = (other, true);
@@ -101,7 +109,8 @@ impl<S: Send + Sync> Likeliest<S> {
 }
 
 fn are_same(a: &Values, b: &Values) -> bool {
-    a.as_slice().iter().zip(b.as_slice()).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(1.0))
+    let (a, b) = (a.as_slice(), b.as_slice());
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(1.0))
 }
 
 #[cfg(test)]
@@ -147,20 +156,24 @@ mod tests {
         (problem, values, x)
     }
 
+    fn end(solution: Estimate, x: BlockId) -> End<Estimate, f64> {
+        let (values, start) = (solution.values.clone(), solution.values.scalar(x));
+        let place = Place { minus_log_likelihood: solution.cost, values, start };
+        End { place, termination: solution.termination, solution }
+    }
+
     /// First from −2, then from 3 and −3.
-    fn likeliest(rough: f64) -> (f64, Likeliest<Estimate>) {
+    fn likeliest(rough: f64) -> (f64, Likeliest<Estimate, f64>) {
         let (problem, initial, x) = problem(rough);
-        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate>, SolveError> {
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate, f64>, SolveError> {
             let mut values = initial.clone();
             values.set(x, &[start]);
-            let solution = environment.solve(&problem, &values)?;
-            let (height, termination) = (solution.cost, solution.termination);
-            Ok(End { height, termination, values: solution.values.clone(), solution })
+            Ok(end(environment.solve(&problem, &values)?, x))
         };
         with_environment(|environment| {
             let mut likeliest = Likeliest::first(follow(-2.0, environment).unwrap());
-            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), environment);
-            (likeliest.best.values.scalar(x), likeliest)
+            likeliest.or_from(vec![3.0, -3.0], follow, environment);
+            (likeliest.best.place.start, likeliest)
         })
     }
 
@@ -169,7 +182,7 @@ mod tests {
         // At −1 the second reading costs 2/rough².
         let (x, likeliest) = likeliest(0.2);
         assert!(likeliest.is_another && (x - 1.0).abs() < 1e-6, "{x}");
-        let heights: Vec<f64> = likeliest.ends.iter().map(|(height, _)| *height).collect();
+        let heights: Vec<f64> = likeliest.others.iter().map(|place| place.minus_log_likelihood).collect();
         assert!(heights[0].abs() < 1e-9 && (heights[1] - 50.0).abs() < 1.0, "{heights:?}");
     }
 
@@ -177,16 +190,28 @@ mod tests {
     fn an_end_that_is_little_likelier_is_kept_beside_the_first() {
         let (x, likeliest) = likeliest(1.0);
         assert!(!likeliest.is_another && (x + 1.0).abs() < 0.01, "{x}");
-        assert!(likeliest.ends.iter().any(|(_, values)| values.as_slice()[0] > 0.99));
+        assert!(likeliest.others.iter().any(|place| place.start > 0.99));
     }
 
     #[test]
     fn an_end_is_plausible_once_and_unless_it_is_ruled_out() {
-        let ends =
-            |rough: f64| likeliest(rough).1.plausible().iter().map(|values| values.as_slice()[0]).collect::<Vec<_>>();
+        let ends = |rough: f64| likeliest(rough).1.plausible().into_iter().copied().collect::<Vec<f64>>();
         let [first, other] = ends(1.0)[..] else { panic!("{:?}", ends(1.0)) };
         assert!((first + 1.0).abs() < 0.01 && (other - 1.0).abs() < 0.01, "{first} {other}");
         assert_eq!(ends(0.2).len(), 1, "the end near −1 costs 50 more");
+    }
+
+    #[test]
+    fn ends_with_other_unknowns_are_never_the_same() {
+        let (_, mut likeliest) = likeliest(1.0);
+        let mut builder = ProblemBuilder::new();
+        builder.add_block(
+            Block::vector("others", "", &["a", "b"]),
+            likeliest.best.place.values.as_slice().repeat(2).as_slice(),
+        );
+        likeliest.best.place.values = builder.initial();
+        likeliest.others.retain(|place| place.start < 0.0);
+        assert_eq!(likeliest.plausible().len(), 2);
     }
 
     #[test]
@@ -194,20 +219,18 @@ mod tests {
         let stop = AtomicBool::new(false);
         let (problem, initial, x) = problem(0.2);
         let solves = AtomicUsize::new(0);
-        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate>, SolveError> {
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate, f64>, SolveError> {
             solves.fetch_add(1, Ordering::Relaxed);
             let mut values = initial.clone();
             values.set(x, &[start]);
-            let solution = environment.solve(&problem, &values)?;
-            let (height, termination) = (solution.cost, solution.termination);
-            Ok(End { height, termination, values: solution.values.clone(), solution })
+            Ok(end(environment.solve(&problem, &values)?, x))
         };
         with_environment(|environment| {
             let environment = environment.within(100).stopped_by(&stop);
             let mut likeliest = Likeliest::first(follow(-2.0, &environment).unwrap());
             stop.store(true, Ordering::Relaxed);
-            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), &environment);
-            assert!(!likeliest.is_another && likeliest.ends.is_empty());
+            likeliest.or_from(vec![3.0, -3.0], follow, &environment);
+            assert!(!likeliest.is_another && likeliest.others.is_empty());
         });
         assert_eq!(solves.into_inner(), 1);
     }
@@ -219,15 +242,14 @@ mod tests {
         let solver = LevenbergMarquardt { stopping };
         let environment = SolveEnvironment::new(&solver, &|_: &str| {});
         let solves = AtomicUsize::new(0);
-        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate>, SolveError> {
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate, f64>, SolveError> {
             solves.fetch_add(1, Ordering::Relaxed);
             let mut values = initial.clone();
             values.set(x, &[start]);
-            let solution = environment.solve(&problem, &values)?;
-            Ok(End { height: 0.0, termination: solution.termination, values: solution.values.clone(), solution })
+            Ok(end(environment.solve(&problem, &values)?, x))
         };
         let mut likeliest = Likeliest::first(follow(-2.0, &environment).unwrap());
-        likeliest.or_from(vec![300.0], follow, |there| there.values.scalar(x), &environment);
-        assert_eq!((solves.into_inner(), likeliest.ends.len()), (2, 0));
+        likeliest.or_from(vec![300.0], follow, &environment);
+        assert_eq!((solves.into_inner(), likeliest.others.len()), (2, 0));
     }
 }

@@ -1,9 +1,9 @@
-//! Position sensors found far from what is declared, held against what explains the readings with these as declared.
+//! Position sensors and gravity found far from what is declared, held against what explains the readings with these as declared.
 //!
 //! Where few joints move, and little, a fit may end in a valley of its own beside the true one, and its χ² says nothing of that: both
-//! explain the readings. Zero positions of joints are known to a few degrees before anything is calibrated, and their gains to a few per cent. So
-//! where the readings seem to determine one that is farther off, the session is solved with all such held as declared, and from there they
-//! are let go:
+//! explain the readings. Zero positions of joints are known to a few degrees before anything is calibrated, their gains to a few per cent, and how
+//! the base stands to some degrees. So where the readings seem to determine one that is farther off, the session is solved with all such held as
+//! declared, and from there they are let go; first the position sensors, then gravity:
 //!
 //! ```text
 //!     C′ < C         that end takes the solution's place;
@@ -11,49 +11,109 @@
 //! ```
 
 use gravcal_dynamics::JointKind;
-use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment};
+use gravcal_identification::{DECISIVE, IMPLAUSIBLE, SolveEnvironment};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
+use nalgebra::Vector3;
 
 use super::error::EstimateError;
+use super::judged::mostly_open;
 use super::measurement_set::MeasurementSet;
 use super::order::Order;
+use super::problem::JointProblem;
 use super::solve::solve;
 use super::solve_from::solve_from;
 use super::solved::Solved;
-use super::symmetries::in_hemisphere;
+use super::start::start_around;
+use super::symmetries::{in_hemisphere, turned_gains};
 use super::variables::State;
+use crate::judgement::Asked;
 
 /// Farther from its nominal value, rad, no offset is declared: zero positions are known to a few degrees.
 const FAR_OFFSET: f64 = 0.17;
 /// Farther from its nominal value, as a share of it, no position gain is.
 const FAR_GAIN: f64 = 0.1;
 
+/// Farther from where it is declared to point, rad, no gravity is: who mounts an arm aslant says so.
+const FAR_GRAVITY: f64 = 0.17;
+/// Iterations at most to where the rest explains the readings with gravity held.
+const ITERATIONS: usize = 300;
+
 /// A joint and what is known of its position sensor.
 type PositionParameter = (usize, SensorParameter);
 
 impl Solved {
-    /// The same, or one with position sensors nearer to what is declared where that explains the readings better; one that explains them about
-    /// as well is kept beside it.
+    /// The same, or one nearer to what is declared where that explains the readings better; one that explains them about as well is kept
+    /// beside it.
     pub(super) fn near_declared(self, session: &Session, environment: &SolveEnvironment<'_>) -> Solved {
-        let far = self.told_far_from_declared(session);
-        if far.is_empty() || !self.estimate.termination.converged() || self.readings.order != Order::Together {
+        if !self.estimate.termination.converged() || self.readings.order != Order::Together {
             return self;
         }
-        environment.report("position sensors as declared");
+        let far = self.told_far_from_declared(session);
+        let solved = match far.is_empty() {
+            true => self,
+            false => {
+                environment.report("position sensors as declared");
+                let start = solved_as_declared(session, &self.readings, &far, environment);
+                self.or_from(session, start, environment)
+            }
+        };
+        if !solved.tells_gravity_far_from_declared(session) {
+            return solved;
+        }
+        environment.report("gravity as declared");
+        let start = solved.with_gravity_as_declared(session, environment);
+        solved.or_from(session, start, environment)
+    }
+
+    /// The same, or the end of this start. What leads nowhere says nothing of the solution.
+    fn or_from(
+        self,
+        session: &Session,
+        start: Result<State, EstimateError>,
+        environment: &SolveEnvironment<'_>,
+    ) -> Solved {
         let freed = |start: State| solve_from(session, &self.readings, start, environment);
-        let found = solved_as_declared(session, &self.readings, &far, environment).and_then(freed);
-        // What leads nowhere from there says nothing of the solution.
-        let Ok(other) = found.and_then(|other| in_hemisphere(session, other, environment)) else { return self };
+        let found = start.and_then(freed).and_then(|other| in_hemisphere(session, other, environment));
+        let Ok(other) = found else { return self };
         if !other.estimate.termination.converged() || other.hemisphere_contradicted {
             return self;
         }
         let gain = self.minus_log_likelihood(session) - other.minus_log_likelihood(session);
-        let (sign_known, hemisphere_contradicted) = (self.sign_known, self.hemisphere_contradicted);
-        let mut elsewhere = self.elsewhere.clone();
-        let (best, second) = if gain > 0.0 { (other, self) } else { (self, other) };
-        elsewhere.extend((gain.abs() < IMPLAUSIBLE).then_some(second.estimate.values));
-        Solved { elsewhere, sign_known, hemisphere_contradicted, ..best }
+        let nominal = State::nominal(session);
+        let (here, there) = (self.state(&nominal), other.state(&nominal));
+        // A sign is declared: an end of other signs that is not likelier beyond doubt is an image, no value that the parameters may have.
+        let is_image = turned_gains(session, &here) != turned_gains(session, &there);
+        let (mut best, second) = match gain > if is_image { DECISIVE } else { 0.0 } {
+            true => (self.replaced_by(other), here),
+            false => (self, there),
+        };
+        best.elsewhere.extend((!is_image && gain.abs() < IMPLAUSIBLE).then_some(second));
+        best
+    }
+
+    /// Whether the readings seem to determine gravity, far from where it is declared to point; where nothing is declared but little determined,
+    /// from that of an upright base.
+    fn tells_gravity_far_from_declared(&self, session: &Session) -> bool {
+        let found = Vector3::from(self.state(&State::nominal(session)).gravity);
+        let is_far = found.angle(&Vector3::from(session.gravity.assumed())) > FAR_GRAVITY;
+        let judgement = self.judge(session);
+        let doubtful = session.gravity.hemisphere.is_some() || mostly_open(session, &judgement);
+        is_far && doubtful && judgement.determines(Asked::Gravity)
+    }
+
+    /// What explains the readings with gravity as it is declared.
+    fn with_gravity_as_declared(
+        &self,
+        session: &Session,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<State, EstimateError> {
+        let declared = State { gravity: session.gravity.assumed(), ..State::nominal(session) };
+        let start = start_around(session, &self.readings, &declared)?;
+        let JointProblem { problem, initial, variables, .. } = self.built.starting_at(session, &self.readings, &start);
+        let held = problem.with_fixed(&[variables.gravity], "as declared");
+        let there = environment.within(ITERATIONS).solve(&held, &initial)?;
+        Ok(variables.state(&there.values, &start))
     }
 
     /// The free offsets of joints that turn, and free position gains, that the readings seem to determine far from what is declared.
@@ -121,5 +181,61 @@ mod tests {
             with_environment(|environment| Ok::<_, EstimateError>(solved.near_declared(&session, environment)));
         let looked = looked.unwrap().state(&State::nominal(&session)).sensors[1][3];
         assert!((looked - found).abs() < 1e-6, "{looked} {found}");
+    }
+
+    /// The shoulder on a base that leans so far, rad.
+    fn leaning(tilt: f64) -> Session {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [9.8 * tilt.sin(), 0.0, -9.8 * tilt.cos()];
+        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+        simulation.session(0)
+    }
+
+    #[test]
+    fn gravity_is_looked_for_where_it_is_declared_if_it_is_found_far_from_there() {
+        for (tilt, far) in [(0.1, false), (0.3, true)] {
+            let session = leaning(tilt);
+            let readings = select(&session, Signals::All);
+            with_environment(|environment| {
+                let solved = solve(&session, &readings, None, environment)?;
+                assert_eq!(solved.tells_gravity_far_from_declared(&session), far);
+                let found = solved.state(&State::nominal(&session)).gravity;
+                let looked = solved.near_declared(&session, environment).state(&State::nominal(&session)).gravity;
+                assert!((Vector3::from(looked) - Vector3::from(found)).norm() < 1e-6, "the base leans");
+                Ok::<_, EstimateError>(())
+            })
+            .unwrap();
+        }
+    }
+
+    #[test]
+    fn the_lower_of_two_ends_is_the_solution_and_the_other_is_kept_where_it_is_plausible() {
+        let session = sarcos_shoulder().session(0);
+        let readings = select(&session, Signals::All);
+        with_environment(|environment| {
+            let nominal = || Ok(State::nominal(&session));
+            let lowest = solve(&session, &readings, None, environment)?;
+            let least = lowest.minus_log_likelihood(&session);
+            let offset = |state: &State| state.sensors[1][SensorParameter::PositionOffset as usize];
+            // The solution, moved away from its minimum, costs more.
+            for (moved, plausible) in [(1e-3, true), (1e-2, false)] {
+                let mut other = solve(&session, &readings, None, environment)?;
+                let block = other.built.variables.sensors[1][SensorParameter::PositionOffset as usize];
+                other.estimate.values.set(block, &[other.estimate.values.scalar(block) + moved]);
+                other.estimate.cost = other.built.problem.cost(&other.estimate.values)?;
+                let apart = other.minus_log_likelihood(&session) - least;
+                assert_eq!(apart < IMPLAUSIBLE, plausible, "{apart}");
+                let away = offset(&other.state(&State::nominal(&session)));
+                let looked = other.or_from(&session, nominal(), environment);
+                assert!((looked.minus_log_likelihood(&session) - least).abs() < 1e-6);
+                let kept: Vec<f64> = looked.elsewhere.iter().map(offset).collect();
+                assert_eq!(kept, if plausible { vec![away] } else { Vec::new() });
+            }
+            // What leads to the same end is no other; it is as plausible.
+            let looked = lowest.or_from(&session, nominal(), environment);
+            assert!(looked.elsewhere.len() == 1 && (looked.minus_log_likelihood(&session) - least).abs() < 1e-9);
+            Ok::<_, EstimateError>(())
+        })
+        .unwrap();
     }
 }

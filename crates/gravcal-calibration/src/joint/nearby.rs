@@ -60,12 +60,7 @@ impl Solved {
             if contradicts || other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) - least {
                 break;
             }
-            solved = Solved {
-                sign_known: solved.sign_known,
-                hemisphere_contradicted: solved.hemisphere_contradicted,
-                elsewhere: solved.elsewhere,
-                ..other
-            };
+            solved = solved.replaced_by(other);
         }
         Ok(solved)
     }
@@ -96,7 +91,9 @@ impl Solved {
         let aligned = self.aligned(session, &plausible, environment)?.into_iter();
         let aligned = aligned.map(|(values, growth)| (values, share(growth)));
         let mut nearby = Vec::new();
-        let elsewhere = self.elsewhere.iter().map(|values| (values.clone(), 1.0));
+        let elsewhere =
+            self.elsewhere.iter().map(|state| self.built.starting_at(session, &self.readings, state).initial);
+        let elsewhere = elsewhere.map(|values| (values, 1.0));
         for (values, share) in farther.chain(nominal).chain(aligned).chain(elsewhere) {
             let analysis = RankAnalysis::new(problem, &values)?;
             let there = analysis.covariance();
@@ -156,17 +153,8 @@ impl Solved {
                 factors[column] = factors[column].max(at_least / known.std(column).max(f64::MIN_POSITIVE));
             }
         }
-        for values in &self.elsewhere {
-            for (column, apart) in self.gravity_apart(values) {
-                factors[column] = factors[column].max(WITHIN * apart / known.std(column).max(f64::MIN_POSITIVE));
-            }
-        }
-        for (id, values) in session.parameters().iter().flat_map(|id| self.elsewhere.iter().map(move |v| (id, v))) {
-            let block = self.built.variables.block(*id);
-            let apart = (values.scalar(block) - self.estimate.values.scalar(block)).abs();
-            for column in self.judged_problem().columns_of(block) {
-                factors[column] = factors[column].max(WITHIN * apart / known.std(column).max(f64::MIN_POSITIVE));
-            }
+        for (column, apart) in self.elsewhere.iter().flat_map(|state| self.apart(session, state)) {
+            factors[column] = factors[column].max(WITHIN * apart / known.std(column).max(f64::MIN_POSITIVE));
         }
         for (column, std) in &self.profiles {
             factors[*column] = factors[*column].max(std / known.std(*column).max(f64::MIN_POSITIVE));
@@ -177,16 +165,22 @@ impl Solved {
         Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
     }
 
-    /// Gravity's columns, and how far gravity lies along each from the estimate at other values.
-    fn gravity_apart(&self, values: &Values) -> Vec<(usize, f64)> {
+    /// The columns of gravity and of every parameter, and how far each lies from the estimate at another end.
+    fn apart(&self, session: &Session, state: &State) -> Vec<(usize, f64)> {
         let (problem, id) = (self.judged_problem(), self.built.variables.gravity);
         let columns = problem.columns_of(id);
         let basis = problem.tangent_basis(&self.estimate.values, id);
-        let off: Vec<f64> = values.get(id).iter().zip(self.estimate.values.get(id)).map(|(a, b)| a - b).collect();
+        let off: Vec<f64> = state.gravity.iter().zip(self.estimate.values.get(id)).map(|(a, b)| a - b).collect();
         let width = columns.len();
         let along =
             |place: usize| off.iter().enumerate().map(|(row, off)| basis[row * width + place] * off).sum::<f64>();
-        columns.enumerate().map(|(place, column)| (column, along(place).abs())).collect()
+        let of_gravity = columns.enumerate().map(|(place, column)| (column, along(place).abs()));
+        let of_parameter = |id: ParameterId| {
+            let block = self.built.variables.block(id);
+            let apart = (state.value(id) - self.estimate.values.scalar(block)).abs();
+            problem.columns_of(block).map(move |column| (column, apart))
+        };
+        of_gravity.chain(session.parameters().into_iter().flat_map(of_parameter)).collect()
     }
 
     /// Column and limit of use of gravity and every parameter.
@@ -214,8 +208,8 @@ mod tests {
         let block = solved.built.variables.block(ParameterId::Sensor(1, SensorParameter::PositionOffset));
         let column = solved.judged_problem().columns_of(block).next().unwrap();
         let std = solved.uncertainty.covariance().std(column);
-        let mut other = solved.estimate.values.clone();
-        other.set(block, &[other.scalar(block) + 10.0 * std]);
+        let mut other = solved.state(&State::nominal(&session));
+        *other.value_mut(ParameterId::Sensor(1, SensorParameter::PositionOffset)) += 10.0 * std;
         let widened = Solved { elsewhere: vec![other], ..solved }.widened(&session);
         // The other end lies within two of the standard deviations that are told.
         assert!((widened.uncertainty.covariance().std(column) / (5.0 * std) - 1.0).abs() < 1e-9);

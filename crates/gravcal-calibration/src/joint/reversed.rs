@@ -325,7 +325,10 @@ mod tests {
     #[test]
     fn one_of_three_is_named() {
         for (joint, name) in ["sensor of joint1 ", "sensor of joint2 ", "sensor of joint3 "].into_iter().enumerate() {
-            assert_named(&estimate(&with_reversed(&[joint])), name);
+            let mut session = with_reversed(&[joint]);
+            assert_named(&estimate(&session), name);
+            session.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+            assert_named(&estimate(&session), name);
         }
     }
 

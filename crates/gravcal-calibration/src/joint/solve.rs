@@ -1,7 +1,7 @@
 //! Solving the joint problem: from the start that is likeliest to lead to the answer, and from others where that is doubtful.
 
-use gravcal_estimation::{EvaluateError, Termination, Values};
-use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, SolveEnvironment};
+use gravcal_estimation::{EvaluateError, Termination};
+use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, Place, SolveEnvironment};
 use gravcal_robot_model::session::Session;
 
 use super::displaced::{gains_disagree, otherwise_displaced};
@@ -13,12 +13,14 @@ use super::sample::{Sample, thinned};
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
-use super::symmetries::{not_as_declared, settled, turned_gains};
+use super::symmetries::{in_hemisphere, not_as_declared, settled, turned_gains};
 use super::variables::State;
 use crate::judgement::explained;
 
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
 const TELLING: usize = 1000;
+/// The same of an arm in motion, whose windows have tens of samples each.
+const TELLING_WINDOWS: usize = 150;
 
 /// Where most is open, fits have valleys beside the true one that explain the readings all but as well: there other starts are tried where residuals
 /// as large have less than this probability.
@@ -83,33 +85,32 @@ fn lowest_elsewhere(
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session))
     };
-    let likeliest = match readings.poses() > 2 * TELLING {
+    let telling = if session.has_windows() { TELLING_WINDOWS } else { TELLING };
+    let likeliest = match readings.poses() > 2 * telling {
         false => from_other_starts(session, (readings, sample), solved, known, methods)?,
         true => {
-            let part = thinned(session, readings, TELLING);
+            let part = thinned(session, readings, telling);
             let first = solve_from(session, &part, solved.state(&nominal), environment)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
-            let variables = &of_part.best.solution.built.variables;
-            let starts = of_part.plausible().into_iter().map(|values| variables.state(values, &nominal)).collect();
+            let starts = of_part.plausible().into_iter().cloned().collect();
             let mut likeliest = Likeliest::first(solved.into_end(session));
-            likeliest.or_from(starts, follow, |there| there.state(&nominal), environment);
+            likeliest.or_from(starts, follow, environment);
             likeliest
         }
     };
-    let Likeliest { best, is_another, mut ends } = likeliest;
+    let Likeliest { best, is_another, mut others } = likeliest;
     let solved = if is_another {
         settled(session, best.solution, sample, companions.first().unwrap_or(environment))?
     } else {
         best.solution
     };
-    let solved = as_declared(session, readings, solved, &ends, environment)?;
-    let lowest = solved.minus_log_likelihood(session);
-    let turned = |values: &Values| turned_gains(session, &solved.built.variables.state(values, &nominal));
+    let solved = as_declared(session, readings, solved, &others, environment)?;
+    let least = solved.minus_log_likelihood(session);
     // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
-    let here = turned(&solved.estimate.values);
-    let is_image = |values: &Values| turned(values).iter().any(|gain| !here.contains(gain));
-    ends.retain(|(height, values)| *height < lowest + IMPLAUSIBLE && !is_image(values));
-    Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
+    let here = turned_gains(session, &solved.state(&nominal));
+    let is_image = |start: &State| turned_gains(session, start).iter().any(|gain| !here.contains(gain));
+    others.retain(|place| place.minus_log_likelihood < least + IMPLAUSIBLE && !is_image(&place.start));
+    Ok(Solved { elsewhere: others.into_iter().map(|place| place.start).collect(), ..solved })
 }
 
 /// Where other starts lead, beside the first end.
@@ -119,24 +120,22 @@ fn from_other_starts(
     first: Solved,
     known: Option<&State>,
     (own, companions): (&SolveEnvironment<'_>, &[SolveEnvironment<'_>]),
-) -> Result<Likeliest<Solved>, EstimateError> {
+) -> Result<Likeliest<Solved, State>, EstimateError> {
     let second = companions.first().unwrap_or(own);
-    let nominal = State::nominal(session);
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session))
     };
-    let on = |there: &Solved| there.state(&nominal);
     let mut likeliest = Likeliest::first(first.into_end(session));
-    likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, on, second);
-    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, own);
-    likeliest.or_from(further_starts(session, sample, known, own)?, follow, on, own);
+    likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, second);
+    likeliest.or_from(otherwise_displaced(session, &likeliest.best.place.start), follow, own);
+    likeliest.or_from(further_starts(session, sample, known, own)?, follow, own);
     for (place, other) in companions.iter().enumerate() {
         if likeliest.best.termination.converged() && likeliest.best.solution.misfit(session)?.is_none() {
             break;
         }
         let mut starts = further_starts(session, sample, known, other)?;
         starts.truncate(if place == 0 { usize::MAX } else { LAST_RESORT });
-        likeliest.or_from(starts, follow, on, other);
+        likeliest.or_from(starts, follow, other);
     }
     Ok(likeliest)
 }
@@ -146,27 +145,25 @@ fn as_declared(
     session: &Session,
     readings: &MeasurementSet,
     solved: Solved,
-    ends: &[(f64, Values)],
+    others: &[Place<State>],
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    let nominal = State::nominal(session);
-    let wrong = |values: &Values| not_as_declared(session, &solved.built.variables.state(values, &nominal));
-    let (own, lowest) = (wrong(&solved.estimate.values), solved.minus_log_likelihood(session));
-    let plausible = ends.iter().filter(|(height, _)| *height < lowest + DECISIVE);
-    let Some((_, best)) = plausible.min_by(|(a, of_a), (b, of_b)| wrong(of_a).cmp(&wrong(of_b)).then(a.total_cmp(b)))
-    else {
-        return Ok(solved);
+    let wrong = |state: &State| not_as_declared(session, state);
+    let state = |solved: &Solved| solved.state(&State::nominal(session));
+    let (own, least) = (wrong(&state(&solved)), solved.minus_log_likelihood(session));
+    let plausible = others.iter().filter(|place| place.minus_log_likelihood < least + DECISIVE);
+    let fewest = |a: &&Place<State>, b: &&Place<State>| {
+        wrong(&a.start).cmp(&wrong(&b.start)).then(a.minus_log_likelihood.total_cmp(&b.minus_log_likelihood))
     };
-    if own == 0 || wrong(best) >= own {
+    let Some(best) = plausible.min_by(fewest) else { return Ok(solved) };
+    if own == 0 || wrong(&best.start) >= own {
         return Ok(solved);
     }
-    let other = solve_from(session, readings, solved.built.variables.state(best, &nominal), environment)?;
-    let fewer = not_as_declared(session, &other.state(&nominal)) < own;
-    let plausible = other.minus_log_likelihood(session) < lowest + DECISIVE;
-    Ok(match fewer && plausible && other.estimate.termination.converged() {
-        true => Solved { sign_known: solved.sign_known, ..other },
-        false => solved,
-    })
+    let other = solve_from(session, readings, best.start.clone(), environment)?;
+    let other = in_hemisphere(session, other, environment)?;
+    let fewer = wrong(&state(&other)) < own && !other.hemisphere_contradicted;
+    let plausible = other.minus_log_likelihood(session) < least + DECISIVE;
+    Ok(if fewer && plausible && other.estimate.termination.converged() { solved.replaced_by(other) } else { solved })
 }
 
 impl Solved {

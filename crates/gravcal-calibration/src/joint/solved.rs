@@ -1,7 +1,7 @@
 //! A solved joint problem, and what the data determine there.
 
 use gravcal_estimation::{Covariance, Estimate, Problem, RankAnalysis, Termination, Uncertainty, Values};
-use gravcal_identification::{End, Known};
+use gravcal_identification::{End, Known, Place};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{ReadingId, Session};
 
@@ -30,7 +30,7 @@ pub struct Solved {
     /// Column and standard deviation where a profile tells a larger one than the linear model.
     pub(super) profiles: Vec<(usize, f64)>,
     /// Ends of other starts that explain the readings as plausibly.
-    pub(super) elsewhere: Vec<Values>,
+    pub(super) elsewhere: Vec<State>,
     /// By how many standard deviations the readings would like to pass each active constraint.
     pub(super) leans: Vec<f64>,
     /// Whether gravity's sign is declared, or decided by the readings.
@@ -52,13 +52,19 @@ pub(super) struct Nearby {
 
 impl Solved {
     /// As an end of a start among others.
-    pub(super) fn into_end(self, session: &Session) -> End<Solved> {
-        End {
-            height: self.minus_log_likelihood(session),
-            termination: self.estimate.termination,
+    pub(super) fn into_end(self, session: &Session) -> End<Solved, State> {
+        let place = Place {
+            minus_log_likelihood: self.minus_log_likelihood(session),
             values: self.estimate.values.clone(),
-            solution: self,
-        }
+            start: self.state(&State::nominal(session)),
+        };
+        End { place, termination: self.estimate.termination, solution: self }
+    }
+
+    /// Another solution of the same session in the place of this one, with what is known of its images and of other ends.
+    pub(super) fn replaced_by(self, other: Solved) -> Solved {
+        let Solved { sign_known, hemisphere_contradicted, elsewhere, .. } = self;
+        Solved { sign_known, hemisphere_contradicted, elsewhere, ..other }
     }
 
     /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
