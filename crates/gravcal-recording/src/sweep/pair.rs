@@ -45,13 +45,16 @@ pub struct SweptBin {
 }
 
 impl Sweep {
-    /// Its static poses: of each bin the mean of both sides, in which friction cancels, without the torques of joints that stick; or, if
+    /// Its static poses, without the torques of joints that stick: of each bin the mean of both sides, in which friction cancels; or, if
     /// `apart`, both sides, with their directions and speeds, and those from which the others came.
     pub fn poses(&self, apart: bool) -> impl Iterator<Item = StaticPose> + '_ {
-        self.bins.iter().flat_map(move |bin| match apart {
-            true => bin.sides.to_vec(),
-            false => vec![bin.mean(self.joint, &self.sticking)],
-        })
+        let of_bin = move |bin: &SweptBin| if apart { bin.sides.to_vec() } else { vec![bin.mean(self.joint)] };
+        self.bins.iter().flat_map(of_bin).map(|pose| self.without_sticking(pose))
+    }
+
+    fn without_sticking(&self, mut pose: StaticPose) -> StaticPose {
+        self.sticking.iter().for_each(|joint| pose.torque[*joint] = None);
+        pose
     }
 
     /// Whether the swept joint has friction that exceeds what the readings of single poses may be off.
@@ -87,7 +90,7 @@ impl SweptBin {
         self.half_difference(joint)?.std
     }
 
-    fn mean(&self, swept: usize, sticking: &[usize]) -> StaticPose {
+    fn mean(&self, swept: usize) -> StaticPose {
         let [up, down] = &self.sides;
         let middle = |a: f64, b: f64| 0.5 * (a + b);
         let each = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| middle(*a, *b)).collect();
@@ -98,13 +101,11 @@ impl SweptBin {
         // A side that is the same both ways is one: that of a joint that stands.
         let direction = up.conditions.direction.iter().zip(&down.conditions.direction).enumerate();
         let direction = direction.map(|(joint, (a, b))| if a == b && joint != swept { *a } else { 0.0 });
-        let mut torque: Vec<Option<Reading>> = readings(&up.torque, &down.torque);
-        sticking.iter().for_each(|joint| torque[*joint] = None);
         StaticPose {
             line: up.line.min(down.line),
             position: each(&up.position, &down.position),
             orientation: None,
-            torque,
+            torque: readings(&up.torque, &down.torque),
             instruments: readings(&up.instruments, &down.instruments),
             saturated: saturated.into_iter().collect(),
             sweep: up.sweep.clone(),
