@@ -174,6 +174,7 @@ mod instruments;
 mod joints;
 mod loads;
 mod loss;
+mod missing_noise;
 mod models;
 #[cfg(test)]
 mod models_tests;
@@ -298,7 +299,7 @@ struct SessionTable {
     /// Example: `residual = [{ kind = "dial-gauge", columns = { reading = "dial_m" } }]`
     #[serde(default)]
     residual: Vec<residuals::ResidualTable>,
-    /// Loads of known mass.
+    /// Loads, of known or unknown mass.
     ///
     /// Default: none.
     /// Example: `load = [{ name = "plate", mass_kg = 2.0, link = "link3" }]`
@@ -337,7 +338,7 @@ struct SessionTable {
     /// Example: `uncertainty = { kind = "jackknife" }`
     #[serde(default)]
     uncertainty: uncertainty::UncertaintyTable,
-    /// Inequalities that the joint estimate obeys. They need `solver = "clarabel"`.
+    /// Inequalities that the joint estimate obeys (they need `solver = "clarabel"`), and inertias that rigid bodies can have (which do not).
     ///
     /// Default: none.
     /// Example: `constraints = { masses = "positive" }`
@@ -463,6 +464,7 @@ fn robot(document: &Document, source: Option<&RobotSource>) -> Result<(Robot, Op
 
 /// The poses that enter, where anything is read in any of them.
 fn checked(document: &Document, mut poses: Vec<Pose>) -> Result<Vec<Pose>, FileError> {
+    missing_noise::fill_in(&mut poses);
     motion::count_alike(&mut poses);
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
         let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";

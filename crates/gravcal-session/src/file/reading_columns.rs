@@ -52,7 +52,8 @@ pub(super) struct ReadingColumnsTable {
     /// Default: no end.
     /// Example: `highest = 4095`
     highest: Option<OneOrMany<f64>>,
-    /// Columns with the standard deviation of each reading; `""` where there is none.
+    /// Columns with the standard deviation of each reading; `""` where there is none. An empty cell stands for the root mean square of the
+    /// other cells.
     ///
     /// Unit: the reading's.
     /// Example: `std_columns = ["s1", "s2"]`
