@@ -11,7 +11,7 @@ use crate::joint::{
     step_by_step, why_not_by_groups,
 };
 use crate::plan::Plan;
-use crate::result::{Brief, CovarianceResult, Detail, EstimatorResult, ParameterResult, Verdict};
+use crate::result::{Brief, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{SequentialValues, report_steps, report_steps_briefly, run_steps};
 
 /// What is chosen does not go with the session.
@@ -178,32 +178,6 @@ fn task_of(
 /// An answer without any value.
 fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) -> EstimatorResult {
     let blank = session.parameters().into_iter().map(|id| ParameterResult::blank(session, id));
-    EstimatorResult {
-        name: estimator.to_string(),
-        verdict: Verdict::Failed,
-        termination: error.to_string(),
-        iterations: 0,
-        trace: Vec::new(),
-        gravity: None,
-        parameters: blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect(),
-        covariance: CovarianceResult::default(),
-        moments: Vec::new(),
-        deflections: Vec::new(),
-        position_errors: Vec::new(),
-        sensor_models: Vec::new(),
-        residual_tests: Vec::new(),
-        undetermined: Vec::new(),
-        active_constraints: Vec::new(),
-        weak: Vec::new(),
-        held: Vec::new(),
-        uncertainty: None,
-        loss: None,
-        outliers: Vec::new(),
-        fit: None,
-        payloads: Vec::new(),
-        consistent_model: None,
-        notes: Vec::new(),
-        reasons: 0,
-        detail: Detail::default(),
-    }
+    let parameters = blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect();
+    EstimatorResult { parameters, ..EstimatorResult::blank(estimator.to_string(), Verdict::Failed, error.to_string()) }
 }

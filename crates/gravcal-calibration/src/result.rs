@@ -2,6 +2,7 @@
 //!
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
+mod concern;
 mod detail;
 mod inertia;
 mod joint_sensors;
@@ -18,6 +19,8 @@ use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::parameter::SensorParameter;
 use serde::Serialize;
 
+pub use concern::Concern;
+pub(crate) use concern::concerns;
 pub use detail::Detail;
 pub use inertia::LinkInertiaResult;
 pub use joint_sensors::JointSensors;
@@ -80,10 +83,12 @@ pub struct EstimatorResult {
     /// The links' inertias as a rigid body can have them; absent unless `[constraints]` asks for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub consistent_model: Option<ConsistentModel>,
+    /// What does not fit although there are values.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub concerns: Vec<Concern>,
     /// Remarks a person should read.
     pub notes: Vec<String>,
     /// How many of the notes, the first ones, say why the verdict is no better.
-    #[serde(skip)]
     pub reasons: usize,
     /// What pictures need besides; no part of any file.
     #[serde(skip)]
@@ -91,6 +96,39 @@ pub struct EstimatorResult {
 }
 
 impl EstimatorResult {
+    /// With nothing in it yet.
+    pub fn blank(name: impl Into<String>, verdict: Verdict, termination: impl Into<String>) -> EstimatorResult {
+        EstimatorResult {
+            name: name.into(),
+            verdict,
+            termination: termination.into(),
+            iterations: 0,
+            trace: Vec::new(),
+            gravity: None,
+            parameters: Vec::new(),
+            covariance: CovarianceResult::default(),
+            moments: Vec::new(),
+            deflections: Vec::new(),
+            position_errors: Vec::new(),
+            sensor_models: Vec::new(),
+            residual_tests: Vec::new(),
+            undetermined: Vec::new(),
+            active_constraints: Vec::new(),
+            weak: Vec::new(),
+            held: Vec::new(),
+            uncertainty: None,
+            loss: None,
+            outliers: Vec::new(),
+            fit: None,
+            payloads: Vec::new(),
+            consistent_model: None,
+            concerns: Vec::new(),
+            notes: Vec::new(),
+            reasons: 0,
+            detail: Detail::default(),
+        }
+    }
+
     /// The parameter of this name (`joint1.torque_gain`).
     pub fn parameter(&self, name: &str) -> Option<&ParameterResult> {
         self.parameters.iter().find(|parameter| parameter.name == name)
@@ -357,8 +395,20 @@ pub struct JackknifeResult {
     pub correlation: Option<f64>,
     /// Poses that a block should have for that correlation, where there are too few for such blocks.
     pub too_short_for: Option<usize>,
+    /// Channels whose errors outlast blocks: the jackknife takes neighbouring blocks to be independent.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub correlated_blocks: Vec<CorrelatedBlocks>,
     /// Parameters that were asked for, and gravity, of which one block alone tells a part: no scatter tells how well.
     pub told_by_one_block: Vec<String>,
+}
+
+/// A channel whose errors outlast blocks of poses.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CorrelatedBlocks {
+    /// A joint, or an axis of an instrument.
+    pub channel: String,
+    /// Correlation of the sums of its residuals over neighbouring blocks.
+    pub correlation: f64,
 }
 
 impl fmt::Display for JackknifeResult {

@@ -88,10 +88,10 @@ Exit codes, of the joint estimator if it ran:
   0  everything that is asked for is determined
   1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage; nothing is written
-  3  solved, but something that is asked for is undetermined, or not to be believed as it is
+  3  solved, but something that is asked for is undetermined or cannot be relied on
   4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that contradict the model
 
-Ctrl-C stops after the current iteration, and what is known is told and written; a second one ends the program at once.";
+Ctrl-C stops after the current iteration, and what is known is printed and written; a second one ends the program at once.";
 
 /// Runs the command.
 pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> {
@@ -148,7 +148,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     show(arguments, &session, results, (&calibration, &table))?;
     if interrupt.is_asked() {
         terminal::complain("note: stopped by Ctrl-C: what would have come after that is not in the results");
-        return Ok(Exit::NoConvergence);
+        return Ok(Exit::Failed);
     }
     Ok(Exit::of_calibration(results))
 }

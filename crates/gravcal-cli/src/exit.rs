@@ -11,17 +11,16 @@ pub enum Exit {
     NotShown = 1,
     /// Bad input or usage.
     BadInput = 2,
-    /// Solved, but something that is asked for is undetermined.
+    /// Solved, but something that is asked for is undetermined or cannot be relied on.
     PartlyDetermined = 3,
-    /// No convergence, or stopped before.
-    NoConvergence = 4,
+    /// No answer to rely on: no convergence, stopped before, or readings that contradict the model.
+    Failed = 4,
 }
 
 impl Exit {
     /// Every way to end.
     #[cfg(test)]
-    pub const ALL: [Exit; 5] =
-        [Exit::Determined, Exit::NotShown, Exit::BadInput, Exit::PartlyDetermined, Exit::NoConvergence];
+    pub const ALL: [Exit; 5] = [Exit::Determined, Exit::NotShown, Exit::BadInput, Exit::PartlyDetermined, Exit::Failed];
 
     /// The number that the shell sees.
     pub fn code(self) -> u8 {
@@ -30,7 +29,7 @@ impl Exit {
 
     /// What a calibration comes to: the joint estimator decides where it ran, otherwise the worst of those that did.
     pub fn of_calibration(results: &[EstimatorResult]) -> Exit {
-        deciding(results).map_or(Exit::NoConvergence, |result| result.verdict.into())
+        deciding(results).map_or(Exit::Failed, |result| result.verdict.into())
     }
 }
 
@@ -39,7 +38,7 @@ impl From<Verdict> for Exit {
         match verdict {
             Verdict::Determined => Exit::Determined,
             Verdict::PartlyDetermined => Exit::PartlyDetermined,
-            Verdict::Failed => Exit::NoConvergence,
+            Verdict::Failed => Exit::Failed,
         }
     }
 }
@@ -47,37 +46,9 @@ impl From<Verdict> for Exit {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gravcal_calibration::result::{CovarianceResult, Detail};
 
     fn result(name: &str, verdict: Verdict) -> EstimatorResult {
-        EstimatorResult {
-            name: name.into(),
-            verdict,
-            termination: String::new(),
-            iterations: 0,
-            trace: Vec::new(),
-            gravity: None,
-            parameters: Vec::new(),
-            covariance: CovarianceResult::default(),
-            moments: Vec::new(),
-            deflections: Vec::new(),
-            position_errors: Vec::new(),
-            sensor_models: Vec::new(),
-            residual_tests: Vec::new(),
-            undetermined: Vec::new(),
-            active_constraints: Vec::new(),
-            weak: Vec::new(),
-            held: Vec::new(),
-            uncertainty: None,
-            loss: None,
-            outliers: Vec::new(),
-            fit: None,
-            payloads: Vec::new(),
-            consistent_model: None,
-            notes: Vec::new(),
-            reasons: 0,
-            detail: Detail::default(),
-        }
+        EstimatorResult::blank(name, verdict, "")
     }
 
     #[test]
@@ -103,6 +74,6 @@ mod tests {
     #[test]
     fn without_the_joint_estimator_the_worst_decides() {
         let results = [result("sequential", Verdict::Failed), result("joint-paper-signals", Verdict::Determined)];
-        assert_eq!(Exit::of_calibration(&results), Exit::NoConvergence);
+        assert_eq!(Exit::of_calibration(&results), Exit::Failed);
     }
 }

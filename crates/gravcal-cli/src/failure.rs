@@ -24,7 +24,7 @@ impl Failure {
 
     /// There is no answer to the input.
     pub fn no_convergence(error: &dyn Error) -> Failure {
-        Failure::new(Exit::NoConvergence, error)
+        Failure::new(Exit::Failed, error)
     }
 
     /// What was found cannot be printed or shown.

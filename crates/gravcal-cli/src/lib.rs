@@ -102,8 +102,8 @@ Exit codes:
   1  what was found could not be printed or shown in full; results that are
      written to files are complete
   2  bad input or usage; nothing is written
-  3  solved, but something that is asked for is undetermined; of
-     `gravcal compare`: a sensor moved
+  3  solved, but something that is asked for is undetermined or cannot be
+     relied on; of `gravcal compare`: a sensor moved
   4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that
      contradict the model";
 

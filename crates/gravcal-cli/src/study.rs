@@ -176,7 +176,7 @@ fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Fail
         terminal::complain(
             "stopped; parts that are done are kept, those under way are not: run the same command again to go on",
         );
-        return Ok(Exit::NoConvergence);
+        return Ok(Exit::Failed);
     };
     let seconds = began.elapsed().as_secs_f64();
     let rate = if trials > 0 { format!(" ({:.0} a second)", trials as f64 / seconds) } else { String::new() };

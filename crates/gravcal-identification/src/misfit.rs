@@ -11,6 +11,8 @@ use crate::median::{NORMAL_MEDIAN, median};
 
 /// Probability below which the stated noise is taken not to explain the residuals.
 const SIGNIFICANCE: f64 = 1e-3;
+/// Residuals this many times as large as the stated noise makes them are too small: less is no matter.
+const TOO_WELL: f64 = 0.8;
 
 /// What residuals say of the noise that was stated.
 #[derive(Clone, Copy, Debug)]
@@ -46,9 +48,17 @@ impl Explained {
     /// How many times worse than their stated noise the readings are explained, where that is no accident: `√(χ²/dof)`,
     /// under a loss by the median.
     pub fn misfit(&self) -> Option<f64> {
-        let by_squares = || (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
-        let ratio = self.median_ratio.unwrap_or_else(by_squares);
-        self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| ratio)
+        self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| self.times_noise())
+    }
+
+    /// How many times as large as their stated noise makes them residuals are where they are too small, and that is no accident: the noise is
+    /// another than stated.
+    pub fn too_well(&self) -> Option<f64> {
+        self.p_value.filter(|p| *p > 1.0 - SIGNIFICANCE).map(|_| self.times_noise()).filter(|ratio| *ratio < TOO_WELL)
+    }
+
+    fn times_noise(&self) -> f64 {
+        self.median_ratio.unwrap_or_else(|| (self.chi_squared / self.degrees_of_freedom as f64).sqrt())
     }
 }
 
@@ -95,5 +105,14 @@ mod tests {
         assert!((Explained::by_chi_squared(18.0, 2).misfit().unwrap() - 3.0).abs() < 1e-12);
         assert!(Explained::by_own_noise(18.0, 2).misfit().is_none());
         assert!(Explained::by_chi_squared(18.0, 0).misfit().is_none());
+    }
+
+    #[test]
+    fn residuals_are_too_small_where_that_is_no_accident_and_matters() {
+        let too_well = |chi_squared: f64, freedom: usize| Explained::by_chi_squared(chi_squared, freedom).too_well();
+        assert!((too_well(600.0, 1000).unwrap() - 0.6_f64.sqrt()).abs() < 1e-12);
+        assert!(too_well(700.0, 1000).is_none(), "by a sixth: no matter");
+        assert!(too_well(0.5, 2).is_none(), "that happens");
+        assert!(Explained::by_own_noise(600.0, 1000).too_well().is_none());
     }
 }

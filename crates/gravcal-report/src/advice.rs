@@ -1,15 +1,12 @@
 //! What a result comes to, and what a person should do next: the same words wherever it is shown.
 
-use gravcal_calibration::result::{EstimatorResult, Fit, Verdict};
+use gravcal_calibration::result::{Concern, EstimatorResult, Verdict};
+use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::MistakenUnit;
 
 use crate::sensor_row::split_name;
-use crate::table::fit::IMPROBABLE;
-use gravcal_robot_model::number::significant;
 
-/// A position gain this far from its nominal value, as a share of it, is no matter of calibration.
-const FAR: f64 = 0.3;
 /// Reasons that are told with a verdict.
 const CAUSES: usize = 2;
 
@@ -48,8 +45,8 @@ impl Advice {
     }
 }
 
-/// Something that does not fit, and what to do about it.
-struct Concern {
+/// Something that does not fit in words, and what to do about it.
+struct Worded {
     what: String,
     steps: Vec<String>,
 }
@@ -192,17 +189,37 @@ fn likely_causes(result: &EstimatorResult) -> Vec<String> {
     result.notes.iter().take(result.reasons.min(CAUSES)).cloned().collect()
 }
 
-fn concerns(result: &EstimatorResult) -> Vec<Concern> {
-    let of_fit = result.fit.as_ref().and_then(|fit| misfit(fit).or_else(|| too_good(fit)));
-    of_fit.into_iter().chain(shape_of_residuals(result)).chain(far_gains(result)).collect()
+fn concerns(result: &EstimatorResult) -> Vec<Worded> {
+    result.concerns.iter().map(worded).collect()
+}
+
+fn worded(concern: &Concern) -> Worded {
+    match concern {
+        Concern::Misfit { times_noise } => misfit(*times_noise),
+        Concern::NoiseStatedTooLarge { times_noise } => Worded {
+            what: format!("the residuals are only {} times as large as the stated noise makes them (p > 0.999)", significant(*times_noise, 2)),
+            steps: vec![
+                "State the noise that the readings have, or none, which takes it from the residuals; then calibrate again."
+                    .into(),
+            ],
+        },
+        Concern::ResidualShape { tests } => Worded {
+            what: format!("the residuals show what the model lacks: {}", tests.join(", ")),
+            steps: vec![
+                "Read the notes on these residuals (report.html, or --full): each says what the model lacks and how to mend it.".into(),
+            ],
+        },
+        Concern::FarPositionGain { parameter, ratio } => far_gain(split_name(parameter).0, parameter, *ratio),
+    }
 }
 
 /// The readings are explained worse than their stated noise, and that is no accident.
-fn misfit(fit: &Fit) -> Option<Concern> {
-    fit.p_value.filter(|p| *p < IMPROBABLE)?;
-    let ratio = fit.median_ratio.unwrap_or_else(|| (fit.chi_squared / fit.degrees_of_freedom.max(1) as f64).sqrt());
-    Some(Concern {
-        what: format!("the readings are explained {} times worse than their stated noise (p < 0.001)", significant(ratio, 2)),
+fn misfit(times_noise: f64) -> Worded {
+    Worded {
+        what: format!(
+            "the readings are explained {} times worse than their stated noise (p < 0.001)",
+            significant(times_noise, 2)
+        ),
         steps: vec![
             "Look at the residuals: what depends on the angle is a sensor's or the model's, what depends on time a drift, single \
              points are bad rows."
@@ -211,44 +228,14 @@ fn misfit(fit: &Fit) -> Option<Concern> {
                 .into(),
             "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"jackknife\".".into(),
         ],
-    })
+    }
 }
 
-/// Residuals that are no noise, of a size that intervals do not hold.
-fn shape_of_residuals(result: &EstimatorResult) -> Option<Concern> {
-    let spoilt = result.residual_tests.iter().filter(|test| test.named && test.spoils_intervals);
-    let reported: Vec<String> = spoilt.map(|test| format!("{} ({})", test.channel, test.kind)).collect();
-    (!reported.is_empty()).then(|| Concern {
-        what: format!("the residuals show what the model lacks: {}", reported.join(", ")),
-        steps: vec!["Read the notes on these residuals (report.html, or --full): each says what the model lacks and how to mend it.".into()],
-    })
-}
-
-/// The residuals are smaller than the stated noise, and that is no accident.
-fn too_good(fit: &Fit) -> Option<Concern> {
-    fit.p_value.filter(|p| *p > 1.0 - IMPROBABLE)?;
-    Some(Concern {
-        what: "the residuals are smaller than the stated noise (p > 0.999), so that standard deviations are too large"
-            .into(),
-        steps: vec![
-            "State the noise that the readings have, or none, which takes it from the residuals; then calibrate again."
-                .into(),
-        ],
-    })
-}
-
-/// Position gains that no sensor has, by joints.
-fn far_gains(result: &EstimatorResult) -> Vec<Concern> {
-    let gains = result.parameters.iter().filter(|parameter| split_name(&parameter.name).1 == "position_gain");
-    let ratios = gains.filter_map(|gain| Some((gain, gain.value? / gain.nominal)).filter(|_| gain.held.is_none()));
-    let far = ratios.filter(|(_, ratio)| (ratio.abs() - 1.0).abs() > FAR);
-    far.map(|(gain, ratio)| far_gain(split_name(&gain.name).0, &gain.name, ratio.abs())).collect()
-}
-
-fn far_gain(joint: &str, name: &str, ratio: f64) -> Concern {
+/// A position gain that no sensor has.
+fn far_gain(joint: &str, name: &str, ratio: f64) -> Worded {
     let mistaken =
         MistakenUnit::of_gain(ratio).map_or_else(String::new, |unit| format!(": the readings {}", unit.reported()));
-    Concern {
+    Worded {
         what: format!("{name} is {} times its nominal value{mistaken}", significant(ratio, 3)),
         steps: vec![format!(
             "Check the unit of {joint}'s positions in the session, and its nominal gain; then calibrate again."
@@ -275,56 +262,55 @@ pub(crate) fn capital(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{determined, fit, result};
+    use crate::testing::{determined, result};
 
     const FILE: &str = "arm/calibration.json";
 
-    fn with(p_value: f64, gain: f64) -> EstimatorResult {
-        let mut joint = result("joint");
-        joint.parameters = vec![determined("joint1.position_gain", "rad/rad", gain, 0.001)];
-        joint.parameters[0].nominal = 1.0;
-        joint.fit = Some(Fit { p_value: Some(p_value), ..fit() });
-        joint
+    fn with(concerns: Vec<Concern>) -> EstimatorResult {
+        let parameters = vec![determined("joint1.position_gain", "rad/rad", 1.01, 0.001)];
+        EstimatorResult { parameters, concerns, ..result("joint") }
     }
 
     #[test]
     fn what_does_not_fit_is_reported_whatever_else_is() {
-        let advice = Advice::of(&with(0.5, 1.01), FILE);
+        let advice = Advice::of(&with(Vec::new()), FILE);
         assert_eq!((advice.level, advice.headline), (Level::Good, "Determined: these numbers can be used"));
         assert!(advice.steps[1].contains("gravcal export arm/calibration.json --to ros2"));
-        let too_good = Advice::of(&with(0.99999, 1.01), FILE);
+        let too_good = Advice::of(&with(vec![Concern::NoiseStatedTooLarge { times_noise: 0.5 }]), FILE);
         assert!(
-            too_good.level == Level::Care && too_good.why.contains("smaller than the stated noise"),
+            too_good.level == Level::Care && too_good.why.contains("only 0.50 times as large as the stated noise"),
             "{too_good:?}"
         );
-        let mut partly = with(1e-9, 1.01);
+        let mut partly = with(vec![Concern::Misfit { times_noise: 1.7 }]);
         partly.verdict = Verdict::PartlyDetermined;
         let doubted = Advice::of(&partly, FILE);
         assert_eq!((doubted.level, doubted.headline), (Level::Care, "Determined, but intervals cannot be relied on"));
         partly.parameters[0].determined = false;
         let partly = Advice::of(&partly, FILE);
-        assert!(partly.why.contains("Besides, the readings are explained"), "{partly:?}");
+        assert!(partly.why.contains("Besides, the readings are explained 1.7 times worse"), "{partly:?}");
+        let shape = with(vec![Concern::ResidualShape { tests: vec!["joint1 (trend)".into()] }]);
+        assert!(Advice::of(&shape, FILE).why.contains("what the model lacks: joint1 (trend)"));
     }
 
     #[test]
     fn a_wrong_unit_of_positions_is_reported() {
-        let advice = Advice::of(&with(0.5, 57.2), FILE);
+        let parameter = "joint1.position_gain".to_owned();
+        let advice = Advice::of(&with(vec![Concern::FarPositionGain { parameter, ratio: 57.2 }]), FILE);
         assert_eq!(advice.level, Level::Care);
         assert!(advice.why.contains("joint1.position_gain is 57.2 times its nominal value"), "{}", advice.why);
         assert!(advice.why.contains("the readings look like rad, and are declared as deg"), "{}", advice.why);
-        assert!(Advice::of(&with(0.5, -1.02), FILE).level == Level::Good);
     }
 
     #[test]
     fn no_convergence_has_its_own_advice() {
-        let mut stopped = with(0.5, 1.0);
+        let mut stopped = with(Vec::new());
         (stopped.verdict, stopped.termination) = (Verdict::Failed, "not converged after 2 iterations".into());
         assert!(Advice::of(&stopped, FILE).steps[0].contains("allow more iterations"));
     }
 
     #[test]
     fn sensors_beyond_gain_and_bias_are_exported_as_a_table() {
-        let mut beyond = with(0.5, 1.0);
+        let mut beyond = with(Vec::new());
         beyond.parameters.push(determined("joint1.torque_gain_2", "count/(N·m)^2", 0.1, 0.001));
         assert!(Advice::of(&beyond, FILE).steps[1].contains("--to csv"));
     }

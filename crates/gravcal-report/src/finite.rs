@@ -4,7 +4,7 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    ActiveConstraint, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, FixedBlock,
+    ActiveConstraint, Concern, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, FixedBlock,
     GravityResult, HeldOut, Iteration, JointFit, LinkInertiaResult, LossResult, MomentResult, NoiseSource, Outlier,
     ParameterResult, PayloadNumber, PayloadResult, PositionErrorResult, ResidualTest, SensorModelTest, SmallerModel,
     TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
@@ -58,6 +58,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         fit,
         payloads,
         consistent_model,
+        concerns,
         notes: _,
         reasons: _,
         detail: _,
@@ -79,6 +80,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(fit.iter().flat_map(of_fit));
     let inside = inside.chain(payloads.iter().flat_map(of_payload));
     let inside = inside.chain(consistent_model.iter().flat_map(of_consistent_model));
+    let inside = inside.chain(concerns.iter().flat_map(of_concern));
     let inside = inside.chain(trace.iter().flat_map(of_iteration));
     inside.map(|(place, value)| (format!("{name}: {place}"), value)).collect()
 }
@@ -90,6 +92,16 @@ fn of_gravity(gravity: &GravityResult) -> Vec<Number> {
     numbers.extend(each("interval of gravity", ci95_m_per_s2.as_flattened()));
     numbers.extend(each("cone of gravity", [cone95_deg]));
     numbers
+}
+
+fn of_concern(concern: &Concern) -> Vec<Number> {
+    match concern {
+        Concern::Misfit { times_noise } | Concern::NoiseStatedTooLarge { times_noise } => {
+            each("residuals over the stated noise", [times_noise])
+        }
+        Concern::ResidualShape { tests: _ } => Vec::new(),
+        Concern::FarPositionGain { parameter, ratio } => each(&format!("{parameter} over its nominal value"), [ratio]),
+    }
 }
 
 fn of_iteration(iteration: &Iteration) -> Vec<Number> {

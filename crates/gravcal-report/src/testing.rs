@@ -1,19 +1,14 @@
 //! Results for the tests of this crate.
 
 use gravcal_calibration::result::{
-    CovarianceResult, Detail, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, NoiseSource, ParameterResult,
-    UncertaintyResult, Verdict,
+    EstimatorResult, Fit, GravityResult, HeldOut, JointFit, NoiseSource, ParameterResult, UncertaintyResult, Verdict,
 };
 use gravcal_robot_model::parameter::SensorParameter;
 
 /// A determined result without parameters and fit.
 pub fn result(name: &str) -> EstimatorResult {
     EstimatorResult {
-        name: name.into(),
-        verdict: Verdict::Determined,
-        termination: "converged: steps too small to matter (1.0e-12)".into(),
         iterations: 6,
-        trace: Vec::new(),
         gravity: Some(GravityResult {
             vector_m_per_s2: [-3.4312, -5.9411, -7.0009],
             std_m_per_s2: [0.0031, 0.0029, 0.0027],
@@ -21,26 +16,8 @@ pub fn result(name: &str) -> EstimatorResult {
             cone95_deg: 0.0532,
             asked: true,
         }),
-        parameters: Vec::new(),
-        covariance: CovarianceResult::default(),
-        moments: Vec::new(),
-        deflections: Vec::new(),
-        position_errors: Vec::new(),
-        sensor_models: Vec::new(),
-        residual_tests: Vec::new(),
-        undetermined: Vec::new(),
-        active_constraints: Vec::new(),
-        weak: Vec::new(),
-        held: Vec::new(),
         uncertainty: Some(UncertaintyResult::Noise { source: NoiseSource::Stated, widened_by: None }),
-        loss: None,
-        outliers: Vec::new(),
-        fit: None,
-        payloads: Vec::new(),
-        consistent_model: None,
-        notes: Vec::new(),
-        reasons: 0,
-        detail: Detail::default(),
+        ..EstimatorResult::blank(name, Verdict::Determined, "converged: steps too small to matter (1.0e-12)")
     }
 }
 

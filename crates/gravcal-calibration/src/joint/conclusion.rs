@@ -1,5 +1,6 @@
 //! What readings come to: the solution, what of it is determined, and what a reader must know of it, for reports and batches alike.
 
+use gravcal_estimation::EvaluateError;
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{MistakenUnit, Session};
@@ -24,9 +25,6 @@ const CONTRADICTION: f64 = 3.0;
 const BEYOND_CHANCE: f64 = 1e-6;
 /// From here on intervals cannot be relied on though the values may.
 const DOUBT: f64 = 1.5;
-/// Readings scatter so many times less than stated, where that is no accident: the stated noise is another.
-const TOO_WELL: f64 = 0.8;
-const SIGNIFICANCE: f64 = 1e-3;
 /// Probability below which an earlier calibration is contradicted.
 const CONTRADICTED_PRIOR: f64 = 1e-4;
 /// Standard deviations by which readings pass a constraint that they contradict.
@@ -71,8 +69,9 @@ impl Answer {
         if !reliable || !far_off(session, &self.parameters).is_empty() {
             findings.doubt();
         }
-        self.remark_on_noise(session, &mut findings);
+        self.remark_on_noise(session, &mut findings)?;
         self.remark_on_blocks(&mut findings);
+        self.solved.contradicted_priors(session).into_iter().for_each(|reason| findings.doubt_for(reason));
         self.remark_on_residuals(session, &mut findings);
         self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
@@ -93,14 +92,14 @@ impl Answer {
     }
 
     /// Says where residuals are larger or smaller than the stated noise makes them.
-    fn remark_on_noise(&self, session: &Session, findings: &mut Findings) {
+    fn remark_on_noise(&self, session: &Session, findings: &mut Findings) -> Result<(), EvaluateError> {
         if let Some(misfit) = self.misfit {
             let consequence = match self.uncertainty {
                 UncertaintyResult::Noise { widened_by: Some(_), .. } => {
                     "All standard deviations are widened by that factor, which is honest only if the errors are noise."
                 }
                 UncertaintyResult::LargerOfNoiseAndJackknife { widened_by: Some(_), .. } => {
-                    "Standard deviations are widened by that factor, and are at least what leaving out neighbouring poses tells."
+                    "Standard deviations are widened by that factor, and are no smaller than those of the jackknife."
                 }
                 _ => "Standard deviations come from the residuals, and need no widening.",
             };
@@ -110,7 +109,7 @@ impl Answer {
                  make such errors; or state the std that the sensors have."
             ));
         }
-        if let Some(ratio) = self.too_well_explained(session) {
+        if let Some(ratio) = self.too_well_explained(session)? {
             findings.remark(format!(
                 "The readings scatter only {ratio:.2} times as much as their stated noise: its std is stated about {:.1} \
                  times too large, and so is every standard deviation here. State the std of what is recorded (a mean of \
@@ -118,6 +117,7 @@ impl Answer {
                 1.0 / ratio
             ));
         }
+        Ok(())
     }
 
     /// Says what blocks of poses left out cannot tell.
@@ -125,14 +125,25 @@ impl Answer {
         let Some(jackknife) = self.uncertainty.jackknife() else { return };
         if !jackknife.told_by_one_block.is_empty() {
             findings.doubt_for(format!(
-                "One block of poses alone tells a part of {}: without it that part is open, so that nothing but the noise tells how \
-                 well it is known. Add poses like these, or state shorter blocks ([uncertainty] block_poses).",
+                "A part of {} is determined by a single block of poses, so that the jackknife cannot tell how well it is known: the standard \
+                 deviation assumes that noise is the only error. Add poses like these, or state shorter blocks ([uncertainty] \
+                 block_poses).",
                 jackknife.told_by_one_block.join(", ")
+            ));
+        }
+        if !jackknife.correlated_blocks.is_empty() {
+            let channels = jackknife.correlated_blocks.iter();
+            let named = channels.map(|blocks| format!("{} ({:.2})", blocks.channel, blocks.correlation));
+            findings.doubt_for(format!(
+                "Errors outlast the blocks of poses that tell the standard deviations: sums of residuals over neighbouring blocks are \
+                 correlated in {}. Standard deviations are too small. Look at the residuals over time: a drifting zero makes such errors; \
+                 let the sensors warm up, or estimate a drift ([[joint]] sensor_models).",
+                named.collect::<Vec<_>>().join(", ")
             ));
         }
         if let Some(wanted) = jackknife.too_short_for {
             findings.remark(format!(
-                "Errors outlast blocks of so few poses: residuals of neighbouring poses are correlated by {:.2}, for which blocks \
+                "Residuals stay correlated over more poses than a block has: those of neighbouring poses by {:.2}, for which blocks \
                  should have {wanted} poses, and there are too few poses for that. Intervals may be too narrow. Look at the residuals \
                  over time: a drifting zero makes such errors, and a bias for each table or a drift ([[joint]] sensor_models) takes them up.",
                 jackknife.correlation.unwrap_or(0.0)
@@ -149,16 +160,11 @@ impl Answer {
         }
     }
 
-    /// `√(χ²/dof)` where it is far below 1 and no accident.
-    fn too_well_explained(&self, session: &Session) -> Option<f64> {
-        let stated = !session.noise_estimated().contains(&true);
+    /// How many times as large as stated residuals are, where standard deviations come from a noise that is stated too large.
+    fn too_well_explained(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
         let by_noise = matches!(self.uncertainty, UncertaintyResult::Noise { source: NoiseSource::Stated, .. });
-        let freedom =
-            self.solved.judged_problem().rows().checked_sub(self.solved.analysis.rank()).filter(|dof| *dof > 0);
-        let (dof, chi_squared) = (freedom? as f64, 2.0 * self.solved.estimate.cost);
-        let ratio = (chi_squared / dof).sqrt();
-        let accident = ChiSquared::new(dof).ok()?.cdf(chi_squared);
-        (stated && by_noise && ratio < TOO_WELL && accident < SIGNIFICANCE).then_some(ratio)
+        let explained = explained(session, &self.solved, 2.0 * self.solved.estimate.cost)?;
+        Ok(explained.too_well().filter(|_| by_noise))
     }
 
     /// How many times worse than their stated noise the readings are explained, where that is far beyond any chance.
@@ -175,11 +181,13 @@ impl Answer {
         if let Some(misfit) = self.contradiction(session)? {
             findings.fail(Mistake {
                 what: format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise"),
-                advice: "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
+                advice: format!(
+                    "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
                          columns, the hemisphere of gravity, the loads' masses and distances, values given as fixed, \
                          poses that are not static, single bad rows. If the model is known to be this rough, leave std \
-                         away: the noise is then estimated from the residuals."
-                    .into(),
+                         away: the noise is then estimated from the residuals.{}",
+                    of_instruments(session)
+                ),
             });
         }
         if !termination.converged() {
@@ -273,6 +281,17 @@ impl Answer {
     fn forget_mirrored(&self, session: &Session, findings: &mut Findings) {
         let mirrored = mirrored_gains(session, &self.solved, &self.parameters);
         findings.forget(&mirrored.into_iter().map(|mistake| mistake.advice).collect::<Vec<_>>());
+    }
+}
+
+/// What to look at besides where there are wrist sensors.
+pub(super) fn of_instruments(session: &Session) -> &'static str {
+    match session.instruments.is_empty() {
+        true => "",
+        false => {
+            " Of a wrist sensor: its sign (sign = \"reversed\"), its mounting, the frame of its readings (frame), and whether it was zeroed \
+             before each table (biases = \"table\")."
+        }
     }
 }
 

@@ -45,7 +45,7 @@ impl Solved {
     }
 
     /// The poses of the factors.
-    fn poses(&self, session: &Session) -> Vec<usize> {
+    pub(super) fn poses(&self, session: &Session) -> Vec<usize> {
         (0..session.poses.len()).filter(|pose| !self.readings.used[*pose].is_empty()).collect()
     }
 

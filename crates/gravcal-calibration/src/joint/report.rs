@@ -22,7 +22,7 @@ use crate::judgement::{
     weak_note,
 };
 use crate::result::{
-    CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
+    CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict, concerns,
 };
 
 /// Tells a conclusion in words and numbers.
@@ -63,9 +63,6 @@ pub(super) fn report(
     // Where the solver stopped anywhere, so did these.
     notes.extend(weak.iter().filter(|_| solved.estimate.termination.converged()).map(weak_note));
     let mut result = EstimatorResult {
-        name: name.to_owned(),
-        verdict,
-        termination,
         iterations: solved.estimate.iterations.len().saturating_sub(1),
         trace: report_trace(solved),
         covariance: report_covariance(session, solved, &judgement, &moments),
@@ -92,7 +89,9 @@ pub(super) fn report(
             singular_values: solved.analysis.singular_values().to_vec(),
             iterates: report_iterates(session, solved),
         },
+        ..EstimatorResult::blank(name, verdict, termination)
     };
+    result.concerns = concerns(&result);
     if verdict == Verdict::Failed || solved.freedom_of_noise(session).is_some() {
         withdraw(&mut result);
     }
@@ -108,8 +107,8 @@ fn unknown_noise(session: &Session, solved: &Solved, parameters: &[ParameterResu
         combination: "the size of the noise".into(),
         parameters: open.map(|parameter| parameter.name.clone()).collect(),
         why: format!(
-            "no std states it, and of {rows} readings, which determine {rank} numbers, {freedom} are left to tell it from; at least \
-             {LEAST_FREEDOM} should be. Without it nothing tells how well anything is known"
+            "the noise is not stated, and {rows} readings that determine {rank} numbers leave {freedom} degrees of freedom to estimate it from; \
+             at least {LEAST_FREEDOM} are needed. Without it nothing tells how well anything is known"
         ),
         cure: "state the std of the torque readings (readings.torque.std), or record more poses".into(),
     })
@@ -127,7 +126,7 @@ fn untested_note(solved: &Solved) -> Option<String> {
 }
 
 fn no_held_out_note(why: &String) -> String {
-    format!("No poses are predicted that a second fit did not see: that fit was {why}.")
+    format!("Held-out poses were not predicted: the second fit was {why}.")
 }
 
 /// What a reader needs to know of a session and of what it held.

@@ -137,6 +137,7 @@ impl Solved {
         let Jackknife { uncertainty, alone } = Uncertainty::jackknife(&self.solution(), &blocks)?;
         let lengths = || blocks.iter().map(|block| block.len());
         let reported = JackknifeResult {
+            correlated_blocks: self.correlated_blocks(session, &blocks)?,
             blocks: blocks.count(),
             block_poses: [lengths().min().unwrap_or(0), lengths().max().unwrap_or(0)],
             correlation,

@@ -11,8 +11,8 @@ use super::values::SequentialValues;
 use crate::joint::{self, EstimateError, MeasurementSet, solve_built};
 use crate::judgement::{determined_moments, gravity_result};
 use crate::result::{
-    Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
-    Verdict,
+    Brief, CovarianceResult, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+    concerns,
 };
 
 /// Tells the steps' values. To judge them on the same footing as the joint estimator, the joint problem is solved
@@ -29,32 +29,14 @@ pub fn report_steps(
     let undetermined = report_missing(session, known);
     let any = verdict != Verdict::Failed;
     let mut result = EstimatorResult {
-        name: "sequential".into(),
-        verdict,
-        termination,
         iterations,
-        trace: Vec::new(),
         gravity,
-        covariance: report_covariance(session, known),
-        moments: Vec::new(),
-        deflections: Vec::new(),
-        position_errors: Vec::new(),
-        sensor_models: Vec::new(),
-        residual_tests: Vec::new(),
-        undetermined,
-        active_constraints: Vec::new(),
-        weak: Vec::new(),
-        held: Vec::new(),
-        uncertainty: any.then(|| report_uncertainty(session, &known.readings)),
-        loss: None,
-        outliers: Vec::new(),
-        fit: None,
-        payloads: Vec::new(),
-        consistent_model: None,
-        notes: report_notes(session, known),
-        reasons: 0,
-        detail: Detail::default(),
         parameters,
+        covariance: report_covariance(session, known),
+        undetermined,
+        uncertainty: any.then(|| report_uncertainty(session, &known.readings)),
+        notes: report_notes(session, known),
+        ..EstimatorResult::blank("sequential", verdict, termination)
     };
     if let Some(start) = known.as_start(session) {
         environment.report("judging the sequential values on all readings");
@@ -78,6 +60,7 @@ pub fn report_steps(
         result.detail.singular_values = solved.analysis.singular_values().to_vec();
         result.fit = Some(joint::fit_with_held_out(session, &solved, environment)?);
     }
+    result.concerns = concerns(&result);
     Ok(result)
 }
 

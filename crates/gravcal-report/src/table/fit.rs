@@ -7,7 +7,7 @@ use crate::text::wrapped;
 use gravcal_robot_model::number::significant;
 
 /// Below this probability the stated noise and the model do not go together.
-pub(crate) const IMPROBABLE: f64 = 1e-3;
+const IMPROBABLE: f64 = 1e-3;
 
 pub(super) fn report(results: &[EstimatorResult]) -> String {
     let fits = results.iter().filter_map(|result| Some((result.name.as_str(), result.fit.as_ref()?)));
