@@ -158,8 +158,8 @@ impl Solved {
         (both[0] > (1.0 + REMARKABLE).powi(2) * alone).then(|| {
             let name = &session.robot.chain.joints()[joint].name;
             format!(
-                "{name} came to {:.0} % of its standstills from one side, and its readings scatter beyond their noise: {} holds friction \
-                 that is left at rest, and its interval is widened by what that may be (± {:.2e} {}). Come to the same poses from both sides.",
+                "{name} was approached from one side in {:.0} % of its standstills, and its readings scatter beyond their noise: {} cannot be \
+                 separated from static friction, and its interval includes that (± {:.2e} {}). Approach the same poses from both sides.",
                 100.0 * sides.larger_share(),
                 SensorParameter::TorqueBias.name(name),
                 at_rest.std[place],

@@ -157,8 +157,8 @@ impl Solved {
         let most = widened.iter().map(|(_, times)| *times).reduce(f64::max)?;
         let names: Vec<&str> = widened.iter().map(|(name, _)| name.as_str()).collect();
         Some(format!(
-            "Joints may bend under their torque, which position sensors on the motors' side do not see, and what friction leaves hides how \
-             much: intervals of {} allow for it, and are up to {most:.1} times as wide as of stiff joints. If the position sensors sit \
+            "Joints may bend under their torque, which position sensors on the motors' side do not see, and friction hides how much: the \
+             intervals of {} include it, and are up to {most:.1} times as wide as for stiff joints. If the position sensors sit \
              behind the gears, say so ([deflection] compliance_std_rad_per_newton_metre = 0); else hold these joints at the same angles \
              under other torques: with a heavier load, or with the joints beyond them elsewhere.",
             names.join(", ")

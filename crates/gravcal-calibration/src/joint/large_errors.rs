@@ -5,6 +5,7 @@ use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
 use super::answer::Answer;
+use super::conclusion::of_instruments;
 use super::findings::Findings;
 use super::mistakes::Mistake;
 use crate::result::UnexplainedResult;
@@ -48,11 +49,13 @@ impl Answer {
         if !failing.is_empty() {
             findings.fail(Mistake {
                 what: format!("the model contradicts the readings of {}", listed(failing)),
-                advice: "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
+                advice: format!(
+                    "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
                          What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
                          hemisphere of gravity, the loads' masses, distances and poses, values given as fixed, what touches the arm or \
-                         pulls at it, single bad rows."
-                    .into(),
+                         pulls at it, single bad rows.{}",
+                    of_instruments(session)
+                ),
             });
         }
     }
@@ -82,12 +85,12 @@ impl Answer {
         let large = listed(large);
         findings.doubt_for(match session.has_windows() {
             true => format!(
-                "What the model leaves of the readings is large beside what gravity and inertia make the sensors read: {large}. It is taken \
-                 for their noise. Noise of windows is seldom so large: look at friction that is more than a Coulomb and a viscous term, at the \
+                "Residuals are large beside the torque of gravity and inertia: {large}. They are taken \
+                 for noise. Noise of windows is seldom so large: look at friction that is more than a Coulomb and a viscous term, at the \
                  clock, at what the recorder did to torques (torque_lag_s, recorded_filter_hz), at units, signs and swapped columns."
             ),
             false => format!(
-                "What the model leaves of the readings is large beside what gravity makes the sensors read: {large}. It is taken for their \
+                "Residuals are large beside the torque of gravity: {large}. They are taken for \
                  noise, as no std is stated. Noise so large is rare: look at units, signs, swapped columns, a rotation or an order of \
                  quaternions that is another, load masses, poses that are not static, single bad rows ([loss] finds these). State \
                  the std that the sensors have: what it does not explain is then told."

@@ -1,6 +1,6 @@
 //! Errors of readings that their noise does not explain, one variance for each channel ([`gravcal_identification::variance_beyond_noise`]).
 //!
-//! It is found with residuals and leverages as they are, the fit is repeated with the new weights, and so on (`solve.rs`), until both
+//! It is found with residuals and leverages as they are, the fit is repeated with the new weights, and so on (`solve_from.rs`), until both
 //! stand. Where residuals are no larger than the noise makes them, it is zero and everything is as if there were none.
 
 use gravcal_estimation::{EvaluateError, Loss};

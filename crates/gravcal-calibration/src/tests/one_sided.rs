@@ -66,7 +66,7 @@ fn estimated(folder: &Path, approach: &str, said: &str, trial: u64) -> (Simulati
     (simulation, result)
 }
 
-/// Root mean squares of the errors of the elbow's bias in its standard deviations, of the trials whose report says that it holds friction and
+/// Root mean squares of the errors of the elbow's bias in its standard deviations, of the trials whose report says that it includes friction and
 /// of the others; and how many say so.
 fn errors(approach: &str) -> ([f64; 2], usize) {
     let (mut squares, mut reported) = ([0.0; 2], 0);
@@ -77,10 +77,10 @@ fn errors(approach: &str) -> ([f64; 2], usize) {
         let (Some(value), Some(std)) = (bias.value, bias.std) else { panic!("{result:?}") };
         let place = result.covariance.order.iter().position(|name| *name == "elbow.torque_bias").unwrap();
         assert!((result.covariance.matrix[place][place] / (std * std) - 1.0).abs() < 1e-9);
-        let says_so = result.notes.iter().any(|note| note.starts_with("elbow came to "));
+        let says_so = result.notes.iter().any(|note| note.starts_with("elbow was approached "));
         squares[usize::from(!says_so)] += ((value - simulation.truth.sensors[1][1]) / std).powi(2);
         reported += usize::from(says_so);
-        assert!(!result.notes.iter().any(|note| note.starts_with("shoulder came to")), "{:?}", result.notes);
+        assert!(!result.notes.iter().any(|note| note.starts_with("shoulder was approached")), "{:?}", result.notes);
     }
     ([(squares[0] / reported.max(1) as f64).sqrt(), (squares[1] / (10 - reported).max(1) as f64).sqrt()], reported)
 }

@@ -71,7 +71,7 @@ fn says(result: &EstimatorResult, begin: &str) -> bool {
 }
 
 const UPWARDS: &str = "Gravity comes out upwards in base coordinates.";
-const LARGE: &str = "What the model leaves of the readings is large beside what gravity makes the sensors read: joint";
+const LARGE: &str = "Residuals are large beside the torque of gravity: joint";
 
 #[test]
 fn right_readings_are_determined_without_a_remark() {

@@ -95,8 +95,8 @@ impl<'a> MovingArm<'a> {
         let cure = if self.elsewhere.is_empty() { "" } else { ", or state position_m of the load" };
         (left_out > 0).then(|| {
             format!(
-                "{left_out} readings of joints that stand while another sweeps are left out: its speed makes up to {} N·m of them, which the \
-                 robot's file tells to a third at best. That is too much beside the noise of their mean. Sweep more slowly{cure}.",
+                "{left_out} readings of joints that stand while another sweeps are left out: the sweep's speed adds up to {} N·m to them, which the \
+                 masses in the robot's file predict only within a third. That is too much beside the noise of their mean. Sweep more slowly{cure}.",
                 significant(largest, 2)
             )
         })

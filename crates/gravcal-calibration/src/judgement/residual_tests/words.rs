@@ -10,12 +10,11 @@ use super::score::MATTERS;
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What becomes of intervals where a term spoils them.
-const WIDENED: &str =
-    "Intervals are widened by as much as it moves each number, and are in doubt as long as the model lacks it.";
+const WIDENED: &str = "Each interval is widened by the shift that this effect causes. Do not rely on the intervals until the model includes it.";
 
 /// What is said where the zero of some channels drifts.
-const OTHERS_DRIFT: &str = "A zero that drifts is seldom alone: intervals of the other channels allow for as much of a drift as their own residuals \
-     show, named or not.";
+const OTHERS_DRIFT: &str =
+    "The zeros of the other sensors may drift, too: their intervals include the drift that their own residuals allow.";
 
 /// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
@@ -90,8 +89,7 @@ fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
         false => ("Intervals allow for it.", "To halve it, come to each pose from both sides."),
     };
     Some(format!(
-        "The residual of {channels} goes with the side from which the joint came: by {size} {unit} either way. This is friction. ({}, all \
-         tests counted.) {consequence} {cure}",
+        "The residual of {channels} depends on the direction of approach (±{size} {unit}): friction. ({}, all tests counted.) {consequence} {cure}",
         chance(p)
     ))
 }
@@ -101,7 +99,7 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
     let correlation = if tests.len() > 1 { format!("{least:.2} to {most:.2}") } else { format!("{most:.2}") };
     let consequence = match tests.iter().any(|test| test.spoils_intervals) {
         true => {
-            "Intervals cannot hold: take standard deviations from blocks of poses ([uncertainty] kind = \"jackknife\")."
+            "The intervals are too narrow: take standard deviations from blocks of poses ([uncertainty] kind = \"jackknife\")."
         }
         false => "Intervals are hardly touched by it, or already allow for it.",
     };
@@ -251,7 +249,7 @@ fn of_inertia(session: &Session, test: &ResidualTest) -> String {
     let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
     // A rotor takes torque to speed up; what gives it is none.
     if test.size * gain > 0.0 && session.rotors.get(joint).copied().flatten().is_none() {
-        return "If the torque is the motor's own, as its current tells, it feels the rotor before the gear: say rotor_inertia = \"unknown\" in \
+        return "If torque is measured by motor current, it includes the torque that accelerates the rotor: say rotor_inertia = \"unknown\" in \
                 the joint's [[joint]]."
             .into();
     }
@@ -274,13 +272,9 @@ fn drift(of_joint: bool) -> String {
 }
 
 fn tables(of_joint: bool) -> String {
-    let zero = if of_joint {
-        "or the sensor's zero was another"
-    } else {
-        "or its zero was another (bias of its own for each table)"
-    };
+    let zero = if of_joint { "or a shifted zero" } else { "or a shifted zero (let each table have a bias of its own)" };
     format!(
-        "A load that sat otherwise than said does so, a cable that was moved, {zero}: look at what changed between the tables."
+        "Possible causes: a load mounted elsewhere than stated, a moved cable, {zero}. Look at what changed between the tables."
     )
 }
 
