@@ -293,6 +293,7 @@ mod tests {
     use rand_distr::StandardNormal;
     use rand_pcg::Pcg64;
 
+    use super::super::bound::{Bound, Sums};
     use super::*;
     use gravcal_identification::SolveEnvironment;
 
@@ -357,6 +358,25 @@ mod tests {
         let both = scored(&y, &[times(20), times(20)]).unwrap();
         assert_eq!(both.degrees_of_freedom[0], 1.0);
         assert!(scored(&[0.5; 20], &[times(20)]).is_none(), "nothing scatters");
+    }
+
+    /// But for what a test in blocks adds.
+    #[test]
+    fn sums_over_channels_tell_the_p_value() {
+        for seed in 0..20 {
+            let (problem, values) = level(&noise(seed, 60));
+            let analysis = RankAnalysis::new(&problem, &values).unwrap();
+            let maker =
+                ResidualMaker::new(&Solution { problem: &problem, values: &values, analysis: &analysis }).unwrap();
+            let rows = Rows::plain(60, &maker);
+            let sums = Sums::of(&maker, &rows);
+            let columns = [times(60), times(60).iter().map(|t| (0.2 * t).sin()).collect()];
+            let p = score(&maker, &rows, &[None], &left_of(&maker, columns.to_vec())).unwrap().p_value;
+            let bound = sums.bound(&maker, &rows, &columns);
+            assert!(matches!(bound, Bound::Least(least) if least < p && least > 0.999_99 * p), "{seed}: {p}");
+            assert!(matches!(sums.bound(&maker, &rows, &[vec![2.0; 60]]), Bound::InModel));
+            assert!(matches!(sums.bound(&maker, &rows, &[vec![f64::INFINITY; 60]]), Bound::Open));
+        }
     }
 
     /// White noise of any size, and noise whose neighbours are alike: few trends are seen in either.
