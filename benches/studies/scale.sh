@@ -24,6 +24,17 @@ told() { # times, trials, what
         END { printf "%-22s %9d trials %9.1f processor s %9.1f s %8.3f ms/trial %6.0f MB\n", what, trials, processor, clock, 1e3 * processor / trials, memory / 1024 }' "$1"
 }
 
+on_node() { # node: processes of its tasks, and what watches these first, which would say that they failed
+    local process variables
+    for process in /proc/[0-9]*; do
+        variables=$(tr '\0' '\n' 2> /dev/null < "$process/environ" || true)
+        if grep -qx "SLURM_CONF=$SLURM_CONF" <<< "$variables" && grep -qx "SLURMD_NODENAME=$1" <<< "$variables"; then
+            awk '/^PPid:/ && $2 > 1 { print $2 }' "$process/status"
+            echo "${process#/proc/}"
+        fi
+    done | sort -nu
+}
+
 case $action in
 cost)
     shift 2
@@ -49,15 +60,17 @@ cluster)
     timed "$folder/run" "$gravcal" study run "$(study "$trials")" --output "$folder/alone" --quiet
     told "$folder/run" "$trials" "one run"
     slurm=$(mktemp -d /var/lib/gravcal-slurm.XXXXXX)
-    trap '"$loopback" stop "$slurm"; rm -rf "$slurm"' EXIT
+    trap '"$loopback" stop "$slurm"; sleep 2; rm -rf "$slurm"' EXIT
     "$loopback" start "$slurm" > "$folder/printed"
     export SLURM_CONF=$slurm/slurm.conf
     began=$SECONDS killed=
     "$gravcal" study submit "$(study "$trials")" --tasks 8 --output "$folder/cluster"
     while status=$("$gravcal" study status "$folder/cluster"); [[ $status != done:* ]]; do
-        if [ -z "$killed" ] && read -r parts _ all _ <<< "$status" && [ $((4 * parts)) -ge "$all" ]; then
-            echo "after $((SECONDS - began)) s node n1 is killed: $parts of $all parts are done"
+        read -r parts _ all _ <<< "$status"
+        if [ -z "$killed" ] && [ $((4 * parts)) -ge "$all" ] && tasks=$(on_node n1) && [ -n "$tasks" ]; then
+            echo "after $((SECONDS - began)) s node n1 is killed with its task: $parts of $all parts are done"
             "$loopback" kill-node "$slurm" n1
+            xargs kill -KILL <<< "$tasks"
             sleep 20
             "$loopback" start-node "$slurm" n1
             killed=yes
