@@ -67,7 +67,7 @@ cluster)
     "$gravcal" study submit "$(study "$trials")" --tasks 8 --output "$folder/cluster"
     while status=$("$gravcal" study status "$folder/cluster"); [[ $status != done:* ]]; do
         read -r parts _ all _ <<< "$status"
-        if [ -z "$killed" ] && [ $((4 * parts)) -ge "$all" ] && tasks=$(on_node n1) && [ -n "$tasks" ]; then
+        if [ -z "$killed" ] && [ -n "$parts" ] && [ $((4 * parts)) -ge "$all" ] && tasks=$(on_node n1) && [ -n "$tasks" ]; then
             echo "after $((SECONDS - began)) s node n1 is killed with its task: $parts of $all parts are done"
             "$loopback" kill-node "$slurm" n1
             xargs kill -KILL <<< "$tasks"
