@@ -2,26 +2,33 @@
 //!
 //! `cargo run --release -p gravcal-benches --bin recordings -- --megabytes 2000`
 //!
-//! A recording of seven joints at 1 kHz (positions, velocities and efforts with noise) is written into a temporary folder as messages of
-//! `sensor_msgs/JointState` in MCAP. It is read three times: by `gravcal_recording::open`, which decodes each message, checks each
-//! chunk's check sum and gives rows; by `gravcal_recording::inspect`, which also looks at every reading; and by the `mcap` crate alone,
-//! which gives messages as bytes. One thread, time on the processor.
+//! A recording of seven joints at 1 kHz (positions, velocities and efforts with noise), which stand for half of the time, is written into a
+//! temporary folder as messages of `sensor_msgs/JointState` in MCAP. It is read four times: by the `mcap` crate alone, which gives messages
+//! as bytes; by `gravcal_recording::open`, which decodes each message, checks each chunk's check sum and gives rows; by
+//! `gravcal_recording::inspect`, which also looks at every reading; and by `gravcal_recording::static_poses`, which finds the standstills
+//! for `gravcal calibrate`. Time by the clock, and on the processor.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Instant;
 
 use clap::Parser;
 use cpu_time::ProcessTime;
 use gravcal_benches::program::ended;
-use gravcal_recording::{Heading, Row, create, inspect, open};
+use gravcal_recording::{
+    Heading, PoseMapping, PositionColumn, PositionUnit, ReadingColumn, Row, Stillness, TorqueUnit, create, inspect,
+    open, static_poses,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// Joints of the recorded arm.
 const JOINTS: usize = 7;
+/// Messages during which it moves, and then stands.
+const STRETCH: u64 = 3000;
 
 /// Measures how fast recordings are read, and in how much memory.
 #[derive(Parser)]
@@ -41,22 +48,24 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let messages = write(&path, arguments.megabytes * 1_000_000)?;
     let size = fs::metadata(&path).map_err(|error| error.to_string())?.len();
     println!("{messages} messages, {:.0} MB", size as f64 * 1e-6);
-    println!("{:28} {:>10} {:>12} {:>9} {:>12}", "", "s", "messages/s", "MB/s", "peak MB");
-    let report = |what: &str, seconds: f64| {
-        let [rate, speed] = [messages as f64, size as f64 * 1e-6].map(|amount| amount / seconds);
-        println!("{what:28} {seconds:>10.2} {rate:>12.0} {speed:>9.1} {:>12}", peak());
+    println!("{:24} {:>8} {:>12} {:>8} {:>12} {:>9}", "", "s", "processor s", "MB/s", "of mcap's", "peak MB");
+    let mut alone = None;
+    let mut measured = |what: &str, read: &dyn Fn() -> Result<u64, String>| {
+        let (clock, processor) = (Instant::now(), ProcessTime::now());
+        let count = read()?;
+        let (seconds, processor) = (clock.elapsed().as_secs_f64(), processor.elapsed().as_secs_f64());
+        let share = *alone.get_or_insert(seconds) / seconds;
+        let speed = size as f64 * 1e-6 / seconds;
+        println!("{what:24} {seconds:>8.2} {processor:>12.2} {speed:>8.1} {share:>12.2} {:>9}", peak());
+        match count == messages {
+            true => Ok(()),
+            false => Err(format!("of {messages} messages, {count} were read")),
+        }
     };
-    let (ours, count) = timed(|| read(&path))?;
-    report("gravcal, rows", ours);
-    let (inspected, rows) = timed(|| inspect(&path, &|_| {}).map(|found| found.rows).map_err(|e| e.to_string()))?;
-    report("gravcal inspect", inspected);
-    let (alone, messages_alone) = timed(|| iterate(&path))?;
-    report("mcap alone, messages", alone);
-    if [count, rows, messages_alone] != [messages; 3] {
-        return Err(format!("of {messages} messages, {count}, {rows} and {messages_alone} were read"));
-    }
-    println!("rows are read at {:.2} of the speed of the mcap crate alone", alone / ours);
-    Ok(())
+    measured("mcap alone, messages", &|| iterate(&path))?;
+    measured("gravcal, rows", &|| read(&path))?;
+    measured("inspect", &|| inspect(&path, &|_| {}).map(|found| found.rows).map_err(|e| e.to_string()))?;
+    measured("standstills", &|| standstills(&path))
 }
 
 /// Writes a recording of about this size; how many messages it has.
@@ -74,8 +83,9 @@ fn write(path: &Path, bytes: u64) -> Result<u64, String> {
     let mut cells = vec![0.0; 1 + 3 * JOINTS];
     for message in 0..messages {
         cells[0] = 1e-3 * message as f64;
+        let moved = message / (2 * STRETCH) * STRETCH + (message % (2 * STRETCH)).min(STRETCH);
         for (joint, cell) in cells[1..].iter_mut().enumerate() {
-            *cell = (1e-4 * message as f64 + joint as f64).sin() + 1e-3 * random.random::<f64>();
+            *cell = (1e-4 * moved as f64 + joint as f64).sin() + 1e-3 * random.random::<f64>();
         }
         writer.write(&cells).map_err(|error| error.to_string())?;
     }
@@ -103,11 +113,22 @@ fn iterate(path: &Path) -> Result<u64, String> {
     Ok(count)
 }
 
-/// Seconds on the processor, and the answer.
-fn timed<T>(run: impl FnOnce() -> Result<T, String>) -> Result<(f64, T), String> {
-    let start = ProcessTime::now();
-    let answer = run()?;
-    Ok((start.elapsed().as_secs_f64(), answer))
+/// Finds the standstills; how many rows there are.
+fn standstills(path: &Path) -> Result<u64, String> {
+    let name = |joint: usize, quantity: &str| format!("joint{joint}.{quantity}");
+    let position = |joint| PositionColumn { column: name(joint, "position"), unit: PositionUnit::Radian };
+    let torque = |joint| ReadingColumn { column: name(joint, "effort"), ..ReadingColumn::default() };
+    let mapping = PoseMapping {
+        positions: (1..=JOINTS).map(position).collect(),
+        torques: (1..=JOINTS).map(|joint| Some((torque(joint), TorqueUnit::NewtonMeter))).collect(),
+        ..PoseMapping::default()
+    };
+    let mut rows = open(path).map_err(|error| error.to_string())?;
+    let found = static_poses(path, rows.as_mut(), &mapping, &Stillness::default()).map_err(|e| e.to_string())?;
+    match found.found.is_empty() {
+        true => Err("no standstill was found".to_owned()),
+        false => Ok(found.rows),
+    }
 }
 
 /// Largest memory of this program so far, MB, where the operating system tells it.

@@ -11,7 +11,7 @@ use super::report::report_parameters;
 use super::solve::solve;
 use super::solved::Solved;
 use super::variables::State;
-use crate::judgement::{Asked, Judgement, ResidualTests, residual_tests};
+use crate::judgement::{Asked, Judgement, ResidualTests, TestsWanted, residual_tests};
 use crate::result::{GravityResult, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict};
 
 /// The solution, judged.
@@ -22,7 +22,7 @@ pub(super) struct Answer {
     pub uncertainty: UncertaintyResult,
     pub gravity: Option<GravityResult>,
     pub parameters: Vec<ParameterResult>,
-    /// Whether residuals have a shape that noise has not.
+    /// Whether residuals have a shape that noise has not, as far as that is told.
     pub residual_tests: Vec<ResidualTest>,
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub misfit: Option<f64>,
@@ -43,7 +43,7 @@ pub(super) struct Conclusion {
 }
 
 impl Answer {
-    /// Solves for everything, looks where else the truth may lie, and judges what is determined, and how well.
+    /// Solves for everything, looks where else the truth may lie, and judges what is determined, and how well. `wanted`: which tests on residuals.
     ///
     /// # Errors
     /// Where there is no answer at all.
@@ -51,6 +51,7 @@ impl Answer {
         session: &Session,
         readings: &MeasurementSet,
         known: Option<&State>,
+        wanted: TestsWanted,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Answer, EstimateError> {
         let solved = solve(session, readings, known, environment)?.near_declared(session, environment);
@@ -67,7 +68,7 @@ impl Answer {
         }
         environment.report("judging residuals");
         // What readings determine they determine; a term that the model lacks widens its interval.
-        let ResidualTests { tests, moved } = residual_tests(session, &solved, &reported)?;
+        let ResidualTests { tests, moved } = residual_tests(session, &solved, &reported, wanted)?;
         let solved = solved.widened_by(&moved);
         Ok(Answer {
             gravity: judgement.determines(Asked::Gravity).then(|| solved.gravity(session)),

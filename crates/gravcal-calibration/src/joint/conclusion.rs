@@ -16,7 +16,7 @@ use super::report::{mirrored_gains, report_termination};
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::variables::State;
-use crate::judgement::{explained, far_off, in_words};
+use crate::judgement::{TestsWanted, explained, far_off, in_words};
 use crate::result::{NoiseSource, ParameterResult, UncertaintyResult, Verdict};
 
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
@@ -32,7 +32,7 @@ const PASSED: f64 = 5.0;
 /// A position gain so many times larger or smaller than its nominal value is of another unit: 180/π is 57.3.
 const OTHER_UNIT: f64 = 3.0;
 
-/// Solves and judges the joint problem of these readings.
+/// Solves and judges the joint problem of these readings. `wanted`: which tests on residuals.
 ///
 /// # Errors
 /// Where there is no answer at all; not converging is a verdict.
@@ -40,9 +40,10 @@ pub(super) fn conclude(
     session: &Session,
     readings: &MeasurementSet,
     known: Option<&State>,
+    wanted: TestsWanted,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Conclusion, EstimateError> {
-    let mut answer = Answer::of(session, readings, known, environment)?;
+    let mut answer = Answer::of(session, readings, known, wanted, environment)?;
     let mut findings = answer.looked_over(session, environment)?;
     if environment.stopped() {
         findings.doubt();
@@ -337,7 +338,8 @@ mod tests {
         let session = simulation.session(0);
         let solver = LevenbergMarquardt::default();
         let environment = SolveEnvironment::new(&solver, &|_: &str| {});
-        let answer = Answer::of(&session, &select(&session, Signals::All), None, &environment).unwrap();
+        let answer =
+            Answer::of(&session, &select(&session, Signals::All), None, TestsWanted::All, &environment).unwrap();
         let accused = |remarks: &[String]| remarks.iter().any(|r| r.contains("of the other sign than"));
         let mut findings = Findings::none(true);
         answer.remark_on_contradictions(&session, &mut findings).unwrap();

@@ -13,6 +13,7 @@ use super::problem::JointProblem;
 use super::report::report;
 use super::select::{Signals, select};
 use super::variables::State;
+use crate::judgement::TestsWanted;
 use crate::result::{Brief, EstimatorResult};
 
 /// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the
@@ -44,13 +45,13 @@ pub fn estimate(
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let conclusion = conclude(session, readings, known, environment)?;
+    let conclusion = conclude(session, readings, known, TestsWanted::All, environment)?;
     let fit = fit_with_held_out(session, &conclusion.answer.solved, environment)?;
     report(session, name, conclusion, fit, environment)
 }
 
 /// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor
-/// models. For batches.
+/// models, nor of residuals where nothing is named. For batches.
 ///
 /// # Errors
 /// Where there is no answer at all; not converging is a verdict.
@@ -60,7 +61,8 @@ pub fn estimate_briefly(
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Brief, EstimateError> {
-    let Conclusion { answer, verdict, termination, .. } = conclude(session, readings, known, environment)?;
+    let conclusion = conclude(session, readings, known, TestsWanted::WhereNamed, environment)?;
+    let Conclusion { answer, verdict, termination, .. } = conclusion;
     let Answer { solved, gravity, parameters, .. } = answer;
     let iterations = solved.estimate.iterations.len().saturating_sub(1);
     Ok(Brief { verdict, termination, iterations, gravity, parameters })

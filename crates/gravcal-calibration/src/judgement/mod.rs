@@ -26,7 +26,7 @@ pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use outliers::{outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
-pub(crate) use residual_tests::{ResidualTests, in_words, residual_tests, too_large};
+pub(crate) use residual_tests::{ResidualTests, TestsWanted, in_words, residual_tests, too_large};
 pub(crate) use rotors::negative_rotor_notes;
 pub(crate) use tools::tool_notes;
 pub(crate) use torque_parts::keep_determined;

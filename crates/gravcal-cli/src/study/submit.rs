@@ -158,7 +158,9 @@ pub fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
         return Ok(Exit::Determined);
     }
     let shares = (1..=jobs.tasks).map(|number| share_folder(&arguments.folder, Shard { number, of: jobs.tasks }));
-    let shares = shares.filter(|share| share.is_dir()).map(|share| open(&share)).collect::<Result<Vec<_>, _>>()?;
+    // A task that has just begun has a folder, and nothing in it.
+    let begun = shares.filter(|share| share.join("study.json").is_file());
+    let shares = begun.map(|share| open(&share)).collect::<Result<Vec<_>, _>>()?;
     let done = std::iter::once(&folder).chain(&shares).map(StudyFolder::parts_done);
     let done: usize = done.sum::<Result<usize, _>>().map_err(|error| refused(&error))?;
     let (tasks, merge) = (slurm::states(&jobs.array_job)?, slurm::states(&jobs.merge_job)?);

@@ -300,7 +300,7 @@ impl RankAnalysis {
         problem.made_of_rows(values, 1, |row, leverage| {
             let reduced = self.eliminated.reduce(entries(row));
             let mut along = vec![0.0; directions.count];
-            directions.along(&reduced.shared, &mut along);
+            directions.along(reduced.shared.iter().copied(), &mut along);
             leverage[0] = along.iter().map(|along| along.powi(2)).sum::<f64>() + reduced.own_covariance(&reduced);
             row[row.len() - 1]
         })
@@ -312,16 +312,22 @@ impl RankAnalysis {
     /// As [`RankAnalysis::leverages`].
     pub(crate) fn basis_rows(&self, problem: &Problem, values: &Values) -> Result<BasisRows, EvaluateError> {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
+        let has_eliminated = self.has_eliminated();
         let (shared, others) = problem.made_of_rows(values, directions.count, |row, along| {
+            let residual = row[row.len() - 1];
+            if !has_eliminated {
+                directions.along(entries(row), along);
+                return (Vec::new(), residual);
+            }
             let reduced = self.eliminated.reduce(entries(row));
-            directions.along(&reduced.shared, along);
-            (self.eliminated.own_entries(&reduced), row[row.len() - 1])
+            directions.along(reduced.shared.iter().copied(), along);
+            (self.eliminated.own_entries(&reduced), residual)
         })?;
         let (eliminated, residuals): (Vec<_>, Vec<f64>) = others.into_iter().unzip();
         Ok(BasisRows {
             rank: directions.count,
             shared,
-            eliminated: if self.has_eliminated() { eliminated } else { Vec::new() },
+            eliminated: if has_eliminated { eliminated } else { Vec::new() },
             own: self.eliminated.count(),
             residuals,
         })
@@ -350,7 +356,7 @@ impl ByColumn {
     }
 
     /// The product of a row with each of them.
-    fn along(&self, row: &[(usize, f64)], out: &mut [f64]) {
+    fn along(&self, row: impl IntoIterator<Item = (usize, f64)>, out: &mut [f64]) {
         out.fill(0.0);
         for (column, entry) in row {
             let directions = &self.entries[self.count * column..self.count * (column + 1)];

@@ -18,6 +18,8 @@ use crate::EvaluateError;
 
 /// Sums of a product.
 const SUMS: usize = 8;
+/// Rows of `U` that are fetched for all columns.
+const FETCHED: usize = 256;
 /// Fewer rows are not worth a thread.
 const LEAST_ROWS: usize = 1024;
 
@@ -26,7 +28,7 @@ const LEAST_ROWS: usize = 1024;
 pub struct ResidualMaker {
     /// Orthonormal directions of the shared columns.
     rank: usize,
-    /// Row of `U` over them, for each row of the problem.
+    /// Row of `U` over them, for each row of the problem; and [`SUMS`] zeros, so that as many may be read from any entry on.
     shared: Vec<f64>,
     /// Row of `U` over the own columns of components: place and entry. Nothing where the problem has no eliminated blocks.
     eliminated: Vec<Vec<(usize, f64)>>,
@@ -46,7 +48,7 @@ impl ResidualMaker {
         let basis = solution.analysis.basis_rows(solution.problem, solution.values)?;
         let mut maker = ResidualMaker {
             rank: basis.rank,
-            shared: basis.shared,
+            shared: [basis.shared, vec![0.0; SUMS]].concat(),
             eliminated: basis.eliminated,
             own: basis.own,
             added: Vec::new(),
@@ -104,8 +106,19 @@ impl ResidualMaker {
         self
     }
 
+    /// Orthonormal directions of the shared columns.
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Whether these are all of `U`: no block is eliminated, and no term was added.
+    pub fn is_shared_alone(&self) -> bool {
+        self.own == 0 && self.added.is_empty()
+    }
+
+    /// Row of `U` over the shared columns.
     #[inline(always)]
-    fn shared_of(&self, row: usize) -> &[f64] {
+    pub fn shared_of(&self, row: usize) -> &[f64] {
         &self.shared[row * self.rank..(row + 1) * self.rank]
     }
 
@@ -127,22 +140,62 @@ impl NullaryFnOnce for Projection<'_> {
     #[inline(always)]
     fn call(self) {
         let Projection { maker, columns } = self;
-        let mut along = vec![vec![0.0; maker.rank]; columns.len()];
+        let mut along = vec![vec![[0.0; SUMS]; maker.rank.div_ceil(SUMS)]; columns.len()];
         let mut own = vec![vec![0.0; maker.own]; columns.len()];
-        for row in 0..maker.residuals.len() {
-            let sums = along.iter_mut().zip(&mut own).zip(columns.iter().map(|z| z[row]));
-            for ((along, own), z) in sums.filter(|(_, z)| *z != 0.0) {
-                along.iter_mut().zip(maker.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
-                maker.eliminated_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
+        let rows = maker.residuals.len();
+        for first in (0..rows).step_by(FETCHED) {
+            let fetched = first..rows.min(first + FETCHED);
+            for ((along, own), column) in along.iter_mut().zip(&mut own).zip(columns.iter()) {
+                let nonzero = || fetched.clone().zip(&column[fetched.clone()]).filter(|(_, z)| **z != 0.0);
+                for (block, along) in along.iter_mut().enumerate() {
+                    let mut sums = *along;
+                    for (row, z) in nonzero() {
+                        let u = &maker.shared[row * maker.rank + SUMS * block..][..SUMS];
+                        sums.iter_mut().zip(u).for_each(|(sum, u)| *sum += z * u);
+                    }
+                    *along = sums;
+                }
+                if maker.own > 0 {
+                    nonzero().for_each(|(row, z)| {
+                        maker.eliminated_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
+                    });
+                }
             }
         }
-        for row in 0..maker.residuals.len() {
-            for ((along, own), z) in along.iter().zip(&own).zip(columns.iter_mut().map(|z| &mut z[row])) {
-                *z -= dot(along, maker.shared_of(row));
-                *z -= maker.eliminated_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
+        // Some rows at once, and of each the sums of `dot`.
+        let mut tile = vec![[0.0; SUMS]; maker.rank];
+        for first in (0..rows).step_by(SUMS) {
+            let last = rows.min(first + SUMS);
+            for row in first..last {
+                tile.iter_mut().zip(maker.shared_of(row)).for_each(|(lanes, u)| lanes[row - first] = *u);
+            }
+            for ((along, own), column) in along.iter().zip(&own).zip(columns.iter_mut()) {
+                let taken = dots(along.as_flattened(), &tile);
+                for ((row, z), taken) in (first..last).zip(&mut column[first..last]).zip(taken) {
+                    *z -= taken;
+                    *z -= maker.eliminated_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
+                }
             }
         }
     }
+}
+
+/// [`dot`] of a vector and each lane of a tile.
+#[inline(always)]
+fn dots(a: &[f64], tile: &[[f64; SUMS]]) -> [f64; SUMS] {
+    let (first, rest) = tile.as_chunks::<SUMS>();
+    let mut sums = [[0.0; SUMS]; SUMS];
+    for (a, tile) in a.as_chunks::<SUMS>().0.iter().zip(first) {
+        for ((sum, a), lanes) in sums.iter_mut().zip(a).zip(tile) {
+            sum.iter_mut().zip(lanes).for_each(|(sum, u)| *sum += a * u);
+        }
+    }
+    let added = |mut sum: [f64; SUMS], lanes: [f64; SUMS]| {
+        sum.iter_mut().zip(lanes).for_each(|(sum, own)| *sum += own);
+        sum
+    };
+    let products = rest.iter().zip(&a[SUMS * first.len()..]).map(|(lanes, a)| lanes.map(|u| a * u));
+    added(sums.into_iter().fold([0.0; SUMS], added), products.fold([0.0; SUMS], added))
 }
 
 /// In several sums, which a processor adds to at once.

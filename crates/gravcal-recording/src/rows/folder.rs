@@ -11,7 +11,7 @@ use crate::error::ReadError;
 use crate::file::{LARGEST_DOCUMENT, opened, read_whole};
 
 /// Opens the recording in a folder. Where it lies there both in MCAP and in SQLite, `metadata.yaml` says which one counts, else MCAP does.
-pub(super) fn open(folder: &Path) -> Result<Box<dyn Rows>, ReadError> {
+pub(super) fn open(folder: &Path) -> Result<Box<dyn Rows + Send>, ReadError> {
     let files = listed(folder)?;
     let named = named_in_metadata(folder);
     let of = |ending: &str| files.iter().filter(|path| ends(path.as_os_str(), ending)).cloned().collect::<Vec<_>>();

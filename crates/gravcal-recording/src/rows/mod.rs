@@ -7,6 +7,7 @@
 //! CSV, MCAP, SQLite, Parquet ── Rows ──(PoseMapping, standstill)──► Vec<StaticPose>
 //! ```
 
+mod ahead;
 mod csv;
 mod folder;
 mod inspect;

@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
+use super::ahead::Ahead;
 use super::csv::CsvRows;
 use super::folder;
 use super::mcap::McapRows;
@@ -29,13 +30,14 @@ pub fn open(path: &Path) -> Result<Box<dyn Rows>, ReadError> {
 ///
 /// As [`open`].
 pub fn open_as(path: &Path, csv: &CsvWriting) -> Result<Box<dyn Rows>, ReadError> {
-    Ok(match kind(path)? {
+    let rows: Box<dyn Rows + Send> = match kind(path)? {
         Kind::Mcap => Box::new(McapRows::open(path)?),
         Kind::Sqlite => Box::new(SqliteRows::open(path, vec![path.to_owned()], Vec::new())?),
         Kind::Folder => folder::open(path)?,
         Kind::Parquet => Box::new(ParquetRows::open(path)?),
         Kind::Csv => Box::new(CsvRows::open(path, csv)?),
-    })
+    };
+    Ok(Box::new(Ahead::new(rows)))
 }
 
 /// Kinds of recordings.

@@ -42,6 +42,8 @@ pub struct Columns<'a> {
     session: &'a Session,
     solved: &'a Solved,
     rows: usize,
+    /// By channel, the row, pose and standard deviation of each of its readings.
+    readings: Vec<Vec<(usize, usize, f64)>>,
     /// By joint, what a step of its coordinate does to the whitened residuals; empty of joints that slide.
     slopes: Vec<Vec<f64>>,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
@@ -67,7 +69,12 @@ impl<'a> Columns<'a> {
         let times = times.filter(|times| times.iter().any(|time| *time != times[0]));
         let slopes = in_parallel(joints, slope).into_iter().collect::<Result<_, _>>()?;
         let predictions = delayed::predictions(session, solved)?;
-        Ok(Columns { session, solved, rows, slopes, torques: solved.standing_torques(session)?, times, predictions })
+        let mut readings = vec![Vec::new(); session.channel_count()];
+        for (row, id) in solved.built.rows.iter().enumerate() {
+            readings[id.channel].push((row, id.pose, solved.readings.std(session, id.pose, id.channel)));
+        }
+        let torques = solved.standing_torques(session)?;
+        Ok(Columns { session, solved, rows, readings, slopes, torques, times, predictions })
     }
 
     /// Every term that can be looked for in a channel.
@@ -166,15 +173,14 @@ impl<'a> Columns<'a> {
 
     /// Row and pose of every reading of a channel.
     fn poses(&self, channel: usize) -> impl Iterator<Item = (usize, usize)> {
-        let rows = self.solved.built.rows.iter().enumerate();
-        rows.filter(move |(_, id)| id.channel == channel).map(|(row, id)| (row, id.pose))
+        self.readings[channel].iter().map(|(row, pose, _)| (*row, *pose))
     }
 
     /// A term that adds to the readings of a channel.
     fn reading(&self, channel: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut column = vec![0.0; self.rows];
-        for (row, pose) in self.poses(channel) {
-            column[row] = value(pose) / self.solved.readings.std(self.session, pose, channel);
+        for (row, pose, std) in &self.readings[channel] {
+            column[*row] = value(*pose) / std;
         }
         column
     }
@@ -183,8 +189,9 @@ impl<'a> Columns<'a> {
     fn of_slopes(&self, channel: usize, value: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
         let own: Vec<(usize, usize)> = self.poses(channel).collect();
         let mut column = vec![0.0; self.rows];
-        for ((row, pose), slopes) in own.iter().zip(delayed::slopes(self.session, &self.predictions, &own)) {
-            column[*row] = value(slopes) / self.solved.readings.std(self.session, *pose, channel);
+        let slopes = delayed::slopes(self.session, &self.predictions, &own);
+        for ((row, _, std), slopes) in self.readings[channel].iter().zip(slopes) {
+            column[*row] = value(slopes) / std;
         }
         column
     }

@@ -36,13 +36,11 @@ pub fn drifting(candidate: &Candidate, joints: usize) -> Vec<usize> {
 
 /// Whether the zeros of all joints drift, of their own tests; nothing of fewer than two.
 pub fn drift_of_all(found: &[Tested], joints: usize) -> Option<Tested> {
-    let own = || found.iter().filter_map(|tested| Some((drift_of_joint(&tested.candidate, joints)?, tested)));
+    let own = || found.iter().filter_map(move |tested| Some((drift_of_joint(&tested.candidate, joints)?, tested)));
     if own().count() < 2 {
         return None;
     }
-    let freedom = 2.0 * own().count() as f64;
-    let sum = own().map(|(_, tested)| -2.0 * tested.test.p_value.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
-    let p_value = ChiSquared::new(freedom).ok()?.sf(sum);
+    let (sum, freedom, p_value) = combined(own().map(|(_, tested)| tested.test.p_value))?;
     let (_, largest) = own().max_by(|(_, a), (_, b)| a.test.size.abs().total_cmp(&b.test.size.abs()))?;
     let mut coefficients = vec![0.0; joints];
     own().for_each(|(joint, tested)| coefficients[joint] = with_error(tested));
@@ -58,6 +56,13 @@ pub fn drift_of_all(found: &[Tested], joints: usize) -> Option<Tested> {
     };
     let gain = own().map(|(_, tested)| tested.gain).sum();
     Some(Tested { test, candidate: Candidate::DriftOfAll, gain, coefficients })
+}
+
+/// Fisher's statistic, its degrees of freedom and its p-value.
+pub fn combined(p_values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64, f64)> {
+    let freedom = 2.0 * p_values.clone().count() as f64;
+    let sum = p_values.map(|p| -2.0 * p.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
+    Some((sum, freedom, ChiSquared::new(freedom).ok()?.sf(sum)))
 }
 
 /// `√(a² + σ_a²)` with the sign of `a`; the statistic of a single trend is `(a/σ_a)²`.

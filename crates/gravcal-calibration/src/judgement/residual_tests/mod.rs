@@ -25,6 +25,7 @@
 //! **Not tested**: what was counted by a loss, what has not converged, readings that enter group by group, residuals that are but the
 //! rounding of numbers, a term that the model has already, a channel with too few readings to tell its noise.
 
+mod bound;
 mod candidate;
 mod columns;
 mod delayed;
@@ -46,10 +47,11 @@ use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use crate::joint::{OfReadings, Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
+use bound::{Bound, Sums};
 pub(crate) use candidate::SIGNIFICANCE;
 use candidate::{Candidate, Tested, correct, next, weights};
 use columns::{ALL_JOINTS, Columns, Term};
-use drift::{drift_of_all, drift_of_joint, drifting, with_error};
+use drift::{combined, drift_of_all, drift_of_joint, drifting, with_error};
 use in_fit::of_estimate;
 use neighbours::Neighbours;
 use rows::{MANY, Rows};
@@ -83,6 +85,15 @@ pub(crate) struct ResidualTests {
     pub moved: Vec<Vec<f64>>,
 }
 
+/// Which tests on residuals are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TestsWanted {
+    /// Every one.
+    All,
+    /// All or none: none where nothing is named.
+    WhereNamed,
+}
+
 /// Tests the residuals of a solution.
 ///
 /// # Errors
@@ -91,6 +102,7 @@ pub(crate) fn residual_tests(
     session: &Session,
     solved: &Solved,
     uncertainty: &UncertaintyResult,
+    wanted: TestsWanted,
 ) -> Result<ResidualTests, StatisticsError> {
     let problem = solved.judged_problem();
     let tested = solved.estimate.termination.converged()
@@ -107,7 +119,12 @@ pub(crate) fn residual_tests(
     let rows = Rows::new(session, solved, &maker);
     let session_of_tests =
         Tests { session, solved, columns, robust: !matches!(uncertainty, UncertaintyResult::Noise { .. }) };
-    let (tests, missing) = session_of_tests.all(maker, rows);
+    let neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
+    let candidates = session_of_tests.candidates(&maker, &rows);
+    if wanted == TestsWanted::WhereNamed && session_of_tests.names_nothing(&maker, &rows, &neighbours, &candidates) {
+        return Ok(ResidualTests::default());
+    }
+    let (tests, missing) = session_of_tests.all(maker, rows, neighbours, &candidates);
     Ok(ResidualTests { tests, moved: moved_by(&solution, &missing)? })
 }
 
@@ -121,12 +138,17 @@ struct Tests<'a> {
 
 impl Tests<'_> {
     /// All of them, and what the model is missing that spoils intervals: one entry a row of the problem, in standard deviations.
-    fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
+    fn all(
+        &self,
+        mut maker: ResidualMaker,
+        mut rows: Rows,
+        mut neighbours: Vec<Option<Neighbours>>,
+        candidates: &[Candidate],
+    ) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
         let mut named: Vec<ResidualTest> = Vec::new();
         let (mut missing, mut lacking) = (Vec::new(), 0);
         let mut drift = Vec::new();
-        let mut neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
-        let mut found = self.tested(&maker, &rows, &neighbours, &self.candidates(&maker, &rows));
+        let mut found = self.tested(&maker, &rows, &neighbours, candidates);
         loop {
             let weight = weights(&found);
             let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
@@ -163,6 +185,44 @@ impl Tests<'_> {
                 found = self.tested(&maker, &rows, &neighbours, &candidates);
             }
         }
+    }
+
+    /// Whether nothing can be named, as sums over channels tell ([`bound`]). Tests that need no columns are made. A p-value counts as often as
+    /// there are such tests, and twice where it is of all joints, if not more often: see [`weights`]. Of trends any may be left out.
+    fn names_nothing(
+        &self,
+        maker: &ResidualMaker,
+        rows: &Rows,
+        neighbours: &[Option<Neighbours>],
+        candidates: &[Candidate],
+    ) -> bool {
+        if !maker.is_shared_alone() {
+            return false;
+        }
+        let sums = Sums::of(maker, rows);
+        let (mut own, mut together, mut trends, mut made) = (f64::INFINITY, f64::INFINITY, Vec::new(), 0);
+        for candidate in candidates {
+            let columns = self.columns_of(candidate);
+            let least = match columns.is_empty() {
+                true => self.test(maker, rows, neighbours, candidate, &[]).map(|tested| tested.test.p_value),
+                false => match sums.bound(maker, rows, &columns) {
+                    Bound::InModel => None,
+                    Bound::Least(p) => Some(p),
+                    Bound::Open => return false,
+                },
+            };
+            let Some(least) = least else { continue };
+            made += usize::from(columns.is_empty());
+            trends.extend(drift_of_joint(candidate, self.session.joints.len()).map(|_| least));
+            match candidate {
+                Candidate::Together(_) => together = together.min(least),
+                _ => own = own.min(least),
+            }
+        }
+        trends.sort_by(f64::total_cmp);
+        let of_trends = (2..=trends.len()).map(|count| combined(trends[..count].iter().copied()));
+        let together = of_trends.map(|tested| tested.map_or(0.0, |(_, _, p)| p)).fold(together, f64::min);
+        made as f64 * own >= SIGNIFICANCE && 2.0 * together >= SIGNIFICANCE
     }
 
     /// What a model without this term does not say of the readings; nothing of neighbours that are alike, which are no term.

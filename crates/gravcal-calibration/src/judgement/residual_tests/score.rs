@@ -26,7 +26,7 @@ use super::rows::{MANY, Rows};
 /// What is seen of a term, in standard deviations of a reading, from which intervals cannot hold.
 pub const MATTERS: f64 = 0.25;
 /// A column of which the fit leaves a smaller share is in the model already, or all but.
-const EXPLAINED: f64 = 1e-4;
+pub const EXPLAINED: f64 = 1e-4;
 /// Fewer degrees of freedom tell no noise.
 const LEAST_FREEDOM: f64 = 4.0;
 /// Blocks are no longer than leaves so many.
@@ -63,7 +63,8 @@ pub fn score(maker: &ResidualMaker, rows: &Rows, neighbours: &[Option<Neighbours
     for (term, share) in terms.iter().zip(along.iter()) {
         after.iter_mut().zip(term).for_each(|(r, t)| *r -= share * t);
     }
-    let scatter = Scatter::of(rows, &terms, &after)?;
+    let (parts, squares) = products(rows, &terms, &after);
+    let scatter = Scatter::of(rows, parts, &squares)?;
     let alone = scatter.test(&along)?;
     let blocks =
         alike(rows, neighbours, &terms, &after).and_then(|length| by_blocks(rows, &terms, &after, &along, length));
@@ -146,8 +147,25 @@ fn coefficients(left: &[Left], r: &[f64]) -> Vec<f64> {
     coefficients
 }
 
+/// `W_cᵀ W_c` of terms, and the squares of what is left after them, by owner of rows.
+fn products(rows: &Rows, terms: &[Vec<f64>], after: &[f64]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
+    let count = terms.len();
+    let mut parts = vec![vec![0.0; count * count]; rows.owners()];
+    let mut squares = vec![0.0; rows.owners()];
+    let mut of_row = vec![0.0; count];
+    for (row, r) in after.iter().enumerate() {
+        let owner = rows.owner(row);
+        squares[owner] += r * r;
+        of_row.iter_mut().zip(terms).for_each(|(entry, term)| *entry = term[row]);
+        for (sums, a) in parts[owner].chunks_exact_mut(count).zip(&of_row) {
+            sums.iter_mut().zip(&of_row).for_each(|(sum, b)| *sum += a * b);
+        }
+    }
+    (parts.iter().map(|sums| DMatrix::from_column_slice(count, count, sums)).collect(), squares)
+}
+
 /// How channels scatter about the larger fit.
-struct Scatter {
+pub struct Scatter {
     /// `f_c` and `ν_c`, by owner of rows: see [`Rows`].
     channels: Vec<(f64, f64)>,
     /// `W_cᵀ W_c`.
@@ -155,22 +173,12 @@ struct Scatter {
 }
 
 impl Scatter {
-    fn of(rows: &Rows, terms: &[Vec<f64>], after: &[f64]) -> Option<Scatter> {
-        let mut parts: Vec<DMatrix<f64>> = vec![DMatrix::zeros(terms.len(), terms.len()); rows.owners()];
-        let mut squares = vec![0.0; rows.owners()];
-        for (row, r) in after.iter().enumerate() {
-            let owner = rows.owner(row);
-            squares[owner] += r * r;
-            for (i, a) in terms.iter().enumerate() {
-                for (j, b) in terms.iter().enumerate() {
-                    parts[owner][(i, j)] += a[row] * b[row];
-                }
-            }
-        }
+    /// `parts`: `W_cᵀ W_c`; `squares`: of `r′`, by owner of rows.
+    pub fn of(rows: &Rows, parts: Vec<DMatrix<f64>>, squares: &[f64]) -> Option<Scatter> {
         let freedom: Vec<f64> =
             rows.freedom().iter().zip(&parts).map(|(freedom, part)| (freedom - part.trace()).max(0.0)).collect();
         let all = |of: &[f64]| (0..rows.channels()).map(|owner| of[owner]).sum::<f64>();
-        let common = all(&squares) / all(&freedom);
+        let common = all(squares) / all(&freedom);
         if !common.is_finite() || common <= 0.0 {
             return None;
         }
@@ -183,7 +191,7 @@ impl Scatter {
         Some(Scatter { channels: (0..rows.owners()).map(channel).collect(), parts })
     }
 
-    fn test(&self, along: &DVector<f64>) -> Option<(f64, [f64; 2], f64)> {
+    pub fn test(&self, along: &DVector<f64>) -> Option<(f64, [f64; 2], f64)> {
         let count = along.len();
         let mut covariance = DMatrix::zeros(count, count);
         let (mut sum, mut squares) = (0.0, 0.0);
@@ -285,6 +293,7 @@ mod tests {
     use rand_distr::StandardNormal;
     use rand_pcg::Pcg64;
 
+    use super::super::bound::{Bound, Sums};
     use super::*;
     use gravcal_identification::SolveEnvironment;
 
@@ -349,6 +358,25 @@ mod tests {
         let both = scored(&y, &[times(20), times(20)]).unwrap();
         assert_eq!(both.degrees_of_freedom[0], 1.0);
         assert!(scored(&[0.5; 20], &[times(20)]).is_none(), "nothing scatters");
+    }
+
+    /// But for what a test in blocks adds.
+    #[test]
+    fn sums_over_channels_tell_the_p_value() {
+        for seed in 0..20 {
+            let (problem, values) = level(&noise(seed, 60));
+            let analysis = RankAnalysis::new(&problem, &values).unwrap();
+            let maker =
+                ResidualMaker::new(&Solution { problem: &problem, values: &values, analysis: &analysis }).unwrap();
+            let rows = Rows::plain(60, &maker);
+            let sums = Sums::of(&maker, &rows);
+            let columns = [times(60), times(60).iter().map(|t| (0.2 * t).sin()).collect()];
+            let p = score(&maker, &rows, &[None], &left_of(&maker, columns.to_vec())).unwrap().p_value;
+            let bound = sums.bound(&maker, &rows, &columns);
+            assert!(matches!(bound, Bound::Least(least) if least < p && least > 0.999_99 * p), "{seed}: {p}");
+            assert!(matches!(sums.bound(&maker, &rows, &[vec![2.0; 60]]), Bound::InModel));
+            assert!(matches!(sums.bound(&maker, &rows, &[vec![f64::INFINITY; 60]]), Bound::Open));
+        }
     }
 
     /// White noise of any size, and noise whose neighbours are alike: few trends are seen in either.

@@ -42,6 +42,8 @@ pub(crate) struct Records {
     length: u64,
     next: u64,
     chunk: Option<Chunk>,
+    /// A reader of chunks that are checked before, which has read one to its end.
+    used: Option<LinearReader>,
     /// Body of the last record.
     body: Vec<u8>,
     state: State,
@@ -57,6 +59,8 @@ struct Chunk {
     reader: LinearReader,
     /// Bytes of it that the reader has not got yet.
     left: u64,
+    /// Bytes of records that are to come, by what the chunk says of their length, where it is checked before.
+    unread: Option<u64>,
     offset: u64,
     times: [u64; 2],
     cut: bool,
@@ -169,10 +173,10 @@ impl Records {
             let what = "it does not begin as an MCAP file does".to_owned();
             return Err(ReadError::NotRecording { path: path.to_owned(), what });
         }
-        let (next, chunk, body) = (MAGIC.len() as u64, None, Vec::new());
+        let (next, chunk, used, body) = (MAGIC.len() as u64, None, None, Vec::new());
         let (state, losses) = (State::Reading, Vec::new());
         let path = path.to_owned();
-        Ok(Records { path, file, length, next, chunk, body, state, losses, further_losses: 0, at: next })
+        Ok(Records { path, file, length, next, chunk, used, body, state, losses, further_losses: 0, at: next })
     }
 
     /// Body of the record that [`next`](Self::next) came to.
@@ -309,9 +313,10 @@ impl Records {
             return Ok(());
         }
         let large = length.max(number(16)) > LARGE_CHUNK;
-        let chunk = |check: Check| Chunk { reader: reader(check), left: FRAME + length.min(left), offset, times, cut };
+        let left = FRAME + length.min(left);
+        let chunk = |reader: LinearReader, unread: Option<u64>| Chunk { reader, left, unread, offset, times, cut };
         if large && !cut {
-            let mut chunk = chunk(Check::Meanwhile);
+            let mut chunk = chunk(reader(Check::Meanwhile), None);
             self.seek(offset)?;
             loop {
                 match self.advance(&mut chunk, Keep::No)? {
@@ -325,7 +330,14 @@ impl Records {
             }
         }
         self.seek(offset)?;
-        self.chunk = Some(chunk(if large || cut { Check::No } else { Check::Before }));
+        self.chunk = Some(match large || cut {
+            true => chunk(reader(Check::No), None),
+            false => {
+                let reader = self.used.take().unwrap_or_else(|| reader(Check::Before));
+                // Where nothing is compressed the length of the records is said twice, and may be said wrong.
+                chunk(reader, Some(if uncompressed { number(32) } else { number(16) }))
+            }
+        });
         Ok(())
     }
 
@@ -336,7 +348,10 @@ impl Records {
                 self.chunk = Some(chunk);
                 Ok(Some(Next::Record(opcode)))
             }
-            Step::End => Ok(None),
+            Step::End => {
+                self.used = (chunk.unread == Some(0)).then_some(chunk.reader);
+                Ok(None)
+            }
             Step::Failed(_) if chunk.cut => {
                 self.cut();
                 Ok(None)
@@ -359,11 +374,17 @@ impl Records {
                 None => return Ok(Step::End),
                 Some(Err(error)) => return Ok(Step::Failed(error.to_string())),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    // Of a wrong length something is left, or there are more records than it says.
+                    chunk.unread = chunk.unread.and_then(|unread| unread.checked_sub(FRAME + data.len() as u64));
                     if keep == Keep::Body {
                         self.body.clear();
                         self.body.extend_from_slice(data);
                     }
                     return Ok(Step::Record(opcode));
+                }
+                // It waits for another chunk, and may have it.
+                Some(Ok(LinearReadEvent::ReadRequest(_))) if chunk.left == 0 && chunk.unread == Some(0) => {
+                    return Ok(Step::End);
                 }
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
                     let wanted = wanted.max(BUFFER).min(usize::try_from(chunk.left).unwrap_or(usize::MAX));
