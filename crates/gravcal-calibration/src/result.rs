@@ -20,7 +20,6 @@ use gravcal_robot_model::parameter::SensorParameter;
 use serde::Serialize;
 
 pub use concern::Concern;
-pub(crate) use concern::concerns;
 pub use detail::Detail;
 pub use inertia::LinkInertiaResult;
 pub use joint_sensors::JointSensors;

@@ -11,7 +11,7 @@
 //! ```
 
 use gravcal_dynamics::JointKind;
-use gravcal_identification::{DECISIVE, IMPLAUSIBLE, SolveEnvironment};
+use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
@@ -25,7 +25,7 @@ use super::solve::solve;
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::start_around;
-use super::symmetries::{in_hemisphere, turned_gains};
+use super::symmetries::in_hemisphere;
 use super::variables::State;
 use crate::judgement::Asked;
 
@@ -58,7 +58,9 @@ impl Solved {
                 self.or_from(session, start, environment)
             }
         };
-        if !solved.tells_gravity_far_from_declared(session) {
+        // What does not explain the readings has another cause, which is looked for from there.
+        let explains = solved.misfit(session).is_ok_and(|misfit| misfit.is_none());
+        if !explains || !solved.tells_gravity_far_from_declared(session) {
             return solved;
         }
         environment.report("gravity as declared");
@@ -82,13 +84,8 @@ impl Solved {
         let gain = self.minus_log_likelihood(session) - other.minus_log_likelihood(session);
         let nominal = State::nominal(session);
         let (here, there) = (self.state(&nominal), other.state(&nominal));
-        // A sign is declared: an end of other signs that is not likelier beyond doubt is an image, no value that the parameters may have.
-        let is_image = turned_gains(session, &here) != turned_gains(session, &there);
-        let (mut best, second) = match gain > if is_image { DECISIVE } else { 0.0 } {
-            true => (self.replaced_by(other), here),
-            false => (self, there),
-        };
-        best.elsewhere.extend((!is_image && gain.abs() < IMPLAUSIBLE).then_some(second));
+        let (mut best, second) = if gain > 0.0 { (self.replaced_by(other), here) } else { (self, there) };
+        best.elsewhere.extend((gain.abs() < IMPLAUSIBLE).then_some(second));
         best
     }
 

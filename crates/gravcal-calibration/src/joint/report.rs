@@ -17,12 +17,12 @@ use super::solved::Solved;
 use super::uncertainty::LEAST_FREEDOM;
 use super::{constraints, modelled, sweep_moments};
 use crate::judgement::{
-    Asked, DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, keep_determined,
-    loss, negative_rotor_notes, outlier_note, outliers, position_errors, too_large, tool_notes, weak_combinations,
-    weak_note,
+    Asked, DeterminedMoment, Judgement, concerns, deflections, determined_moments, driving_friction_notes, held,
+    keep_determined, loss, negative_rotor_notes, outlier_note, outliers, position_errors, too_large, tool_notes,
+    weak_combinations, weak_note,
 };
 use crate::result::{
-    CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict, concerns,
+    CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
 };
 
 /// Tells a conclusion in words and numbers.

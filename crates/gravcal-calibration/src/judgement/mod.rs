@@ -1,5 +1,6 @@
 //! What a solution is worth: which parameters are determined, how well, and what the residuals say.
 
+mod concerns;
 mod cure;
 mod determined;
 mod far_off;
@@ -15,6 +16,7 @@ mod rotors;
 mod tools;
 mod torque_parts;
 
+pub(crate) use concerns::concerns;
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Asked, Judgement, asked, limits_of_use};
 pub use far_off::doubts_of_results;

@@ -9,10 +9,9 @@ use gravcal_robot_model::session::Session;
 use super::found::Missing;
 use super::values::SequentialValues;
 use crate::joint::{self, EstimateError, MeasurementSet, solve_built};
-use crate::judgement::{determined_moments, gravity_result};
+use crate::judgement::{concerns, determined_moments, gravity_result};
 use crate::result::{
     Brief, CovarianceResult, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined, Verdict,
-    concerns,
 };
 
 /// Tells the steps' values. To judge them on the same footing as the joint estimator, the joint problem is solved
