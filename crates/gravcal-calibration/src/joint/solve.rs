@@ -19,8 +19,6 @@ use crate::judgement::explained;
 
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
 const TELLING: usize = 1000;
-/// The same of an arm in motion, whose windows have tens of samples each.
-const TELLING_WINDOWS: usize = 150;
 
 /// Where most is open, fits have valleys beside the true one that explain the readings all but as well: there other starts are tried where residuals
 /// as large have less than this probability.
@@ -85,11 +83,10 @@ fn lowest_elsewhere(
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session))
     };
-    let telling = if session.has_windows() { TELLING_WINDOWS } else { TELLING };
-    let likeliest = match readings.poses() > 2 * telling {
+    let likeliest = match readings.poses() > 2 * TELLING {
         false => from_other_starts(session, (readings, sample), solved, known, methods)?,
         true => {
-            let part = thinned(session, readings, telling);
+            let part = thinned(session, readings, TELLING);
             let first = solve_from(session, &part, solved.state(&nominal), environment)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
             let starts = of_part.plausible().into_iter().cloned().collect();
