@@ -4,6 +4,7 @@
 
 mod concern;
 mod detail;
+mod fit;
 mod inertia;
 mod joint_sensors;
 mod parameter;
@@ -11,6 +12,8 @@ mod payload;
 mod positions;
 mod residual_tests;
 mod residuals;
+mod sensor_models;
+mod uncertainty;
 
 use std::fmt;
 
@@ -21,13 +24,16 @@ use serde::Serialize;
 
 pub use concern::Concern;
 pub use detail::Detail;
-pub use inertia::LinkInertiaResult;
+pub use fit::{Fit, HeldOut, JointFit, SmallerModel, SmallerModelKind, UnexplainedResult};
+pub use inertia::{ConsistentModel, LinkInertiaResult};
 pub use joint_sensors::JointSensors;
 pub use parameter::ParameterResult;
 pub use payload::{PayloadNumber, PayloadResult};
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residual_tests::{ResidualTest, ResidualTestKind};
 pub use residuals::{ReadingResidual, TorqueParts};
+pub use sensor_models::{SensorModelTest, TestAgainstZero, TestKind};
+pub use uncertainty::{CorrelatedBlocks, JackknifeResult, NoiseSource, UncertaintyResult};
 
 /// One estimator's answer.
 #[derive(Clone, Debug, Serialize)]
@@ -233,55 +239,6 @@ pub struct GravityResult {
     pub asked: bool,
 }
 
-/// A model of a joint's sensor or of an instrument's biases, tested against the hypothesis that all its parameters are zero.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SensorModelTest {
-    /// The joint, or the instrument.
-    pub joint: String,
-    /// `torque-bias-in-time`, …; `biases-of-tables` where an instrument has biases of its own in each table, which are tested for being
-    /// the same.
-    pub model: String,
-    /// Its parameters that were estimated.
-    pub parameters: Vec<String>,
-    /// The test, where the data determine the parameters.
-    pub test: Option<TestAgainstZero>,
-}
-
-/// How unlikely readings are as these, if the parameters were zero.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct TestAgainstZero {
-    /// Which one.
-    pub kind: TestKind,
-    /// Its statistic.
-    pub statistic: f64,
-    /// Its degrees of freedom: the number of parameters, and for F those of the fit.
-    pub degrees_of_freedom: [Option<usize>; 2],
-    /// Probability of a statistic at least as large.
-    pub p_value: f64,
-}
-
-/// A test of parameters against zero.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TestKind {
-    /// By how much χ² grows without them, the noise being as stated.
-    LikelihoodRatio,
-    /// The same, relative to the χ² that is left, where the noise is taken from the residuals.
-    F,
-    /// By their covariance, where that is robust to model error or the readings were counted by a loss.
-    Wald,
-}
-
-impl fmt::Display for TestKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            TestKind::LikelihoodRatio => "likelihood ratio",
-            TestKind::F => "F",
-            TestKind::Wald => "Wald",
-        })
-    }
-}
-
 /// A covariance matrix with the names of its rows.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct CovarianceResult {
@@ -339,143 +296,6 @@ pub struct FixedBlock {
     pub why: String,
 }
 
-/// Where standard deviations, intervals and covariance come from.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-pub enum UncertaintyResult {
-    /// From the noise of the readings, if the model holds.
-    Noise {
-        /// How large it is.
-        source: NoiseSource,
-        /// By how much it was widened because the residuals exceed it.
-        widened_by: Option<f64>,
-    },
-    /// From what the estimate would be without each of some blocks of poses.
-    Jackknife(JackknifeResult),
-    /// The larger of what the noise tells and of the same.
-    LargerOfNoiseAndJackknife {
-        /// How large the noise is.
-        source: NoiseSource,
-        /// By how much what it tells was widened because the residuals exceed it.
-        widened_by: Option<f64>,
-        /// What leaving out poses tells.
-        jackknife: JackknifeResult,
-    },
-    /// From the scatter of blocks of neighbouring poses.
-    Sandwich {
-        /// How many.
-        blocks: usize,
-        /// Poses in a block, at least.
-        block_poses: usize,
-    },
-    /// From solving again with such blocks drawn at random.
-    Bootstrap {
-        /// How many.
-        blocks: usize,
-        /// Poses in a block, at least.
-        block_poses: usize,
-        /// Replicates that count.
-        replicates: usize,
-        /// Replicates that did not converge.
-        not_converged: usize,
-        /// Replicates whose poses determine less than all poses do.
-        undetermined: usize,
-    },
-}
-
-/// Blocks of poses, each left out in its turn.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct JackknifeResult {
-    /// How many.
-    pub blocks: usize,
-    /// Poses in the shortest and in the longest of them.
-    pub block_poses: [usize; 2],
-    /// Correlation of the residuals of neighbouring poses, where the length of blocks was found by it.
-    pub correlation: Option<f64>,
-    /// Poses that a block should have for that correlation, where there are too few for such blocks.
-    pub too_short_for: Option<usize>,
-    /// Channels whose errors outlast blocks: the jackknife takes neighbouring blocks to be independent.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub correlated_blocks: Vec<CorrelatedBlocks>,
-    /// Parameters that were asked for, and gravity, of which one block alone tells a part: no scatter tells how well.
-    pub told_by_one_block: Vec<String>,
-}
-
-/// A channel whose errors outlast blocks of poses.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CorrelatedBlocks {
-    /// A joint, or an axis of an instrument.
-    pub channel: String,
-    /// Correlation of the sums of its residuals over neighbouring blocks.
-    pub correlation: f64,
-}
-
-impl fmt::Display for JackknifeResult {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let poses = match self.block_poses {
-            [1, 1] => "a pose each".to_owned(),
-            [least, most] if least == most => format!("{least} poses"),
-            [least, most] => format!("{least} to {most} poses"),
-        };
-        write!(f, "jackknife over {} blocks of {poses}", self.blocks)
-    }
-}
-
-impl UncertaintyResult {
-    /// What leaving out poses tells, where that is a part of it.
-    pub fn jackknife(&self) -> Option<&JackknifeResult> {
-        match self {
-            UncertaintyResult::Jackknife(jackknife)
-            | UncertaintyResult::LargerOfNoiseAndJackknife { jackknife, .. } => Some(jackknife),
-            _ => None,
-        }
-    }
-}
-
-/// Where the size of the noise is known from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum NoiseSource {
-    /// The session.
-    Stated,
-    /// The residuals.
-    Residuals,
-    /// The session or the recordings, and the residuals what that does not explain, joint by joint.
-    StatedAndUnexplained,
-}
-
-impl fmt::Display for UncertaintyResult {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            UncertaintyResult::Noise { source: NoiseSource::Residuals, .. } => {
-                write!(f, "from the noise that the residuals show")
-            }
-            UncertaintyResult::Noise { source: NoiseSource::StatedAndUnexplained, .. } => {
-                write!(f, "from the stated noise and what of each joint's residuals it does not explain")
-            }
-            UncertaintyResult::Noise { widened_by: None, .. } => write!(f, "from the stated noise"),
-            UncertaintyResult::Noise { widened_by: Some(factor), .. } => {
-                write!(f, "from the stated noise, widened {factor:.1} times")
-            }
-            UncertaintyResult::Jackknife(jackknife) => write!(f, "robust to model error ({jackknife})"),
-            UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife } => {
-                let noise = UncertaintyResult::Noise { source: *source, widened_by: *widened_by };
-                write!(f, "{noise}, or robust to model error ({jackknife}) where that is larger")
-            }
-            UncertaintyResult::Sandwich { blocks, block_poses } => {
-                write!(f, "robust to model error (sandwich over {blocks} blocks of {block_poses} poses)")
-            }
-            UncertaintyResult::Bootstrap { blocks, block_poses, replicates, not_converged, undetermined } => {
-                write!(
-                    f,
-                    "robust to model error (bootstrap of {blocks} blocks of {block_poses} poses, {replicates} replicates; \
-                     {not_converged} did not converge, {undetermined} lacked poses that determine everything)"
-                )
-            }
-        }
-    }
-}
-
 /// A robust loss.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LossResult {
@@ -516,128 +336,4 @@ pub struct ActiveConstraint {
     pub multiplier: f64,
     /// That unit: of the mass, of the gain, or of the moment about the origin of the link's frame.
     pub unit: String,
-}
-
-/// How well a model explains the readings.
-#[derive(Clone, Debug, Serialize)]
-pub struct Fit {
-    /// Sum of squared residuals in standard deviations, outliers included.
-    pub chi_squared: f64,
-    /// Rows less the number of parameters that the data determine.
-    pub degrees_of_freedom: usize,
-    /// Probability of a χ² at least as large if the model and the stated noise hold; absent where the noise was
-    /// estimated from the residuals. Under a loss, which lets χ² be anything, it is that of as many residuals beyond the
-    /// median of normal noise.
-    pub p_value: Option<f64>,
-    /// Median |residual| over that of normal noise as stated; only under a loss, and with stated noise.
-    pub median_ratio: Option<f64>,
-    /// By joint, torque readings only.
-    pub joints: Vec<JointFit>,
-    /// The same for poses that a fit did not see: those of `[[validation]]`, else stretches, a tenth of all poses, that a second fit
-    /// did not see.
-    pub held_out: Option<HeldOut>,
-    /// Why no poses were predicted, if that failed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub held_out_missing: Option<String>,
-    /// How well smaller models predict these poses, the smallest first; where the arm was read in motion.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub smaller_models: Vec<SmallerModel>,
-    /// Every reading beside what the model makes of it, in the order of the poses; not in `calibration.json`.
-    #[serde(skip)]
-    pub residuals: Vec<ReadingResidual>,
-}
-
-/// A smaller model than the session's, fitted to the same readings.
-#[derive(Clone, Debug, Serialize)]
-pub struct SmallerModel {
-    /// What it has.
-    pub kind: SmallerModelKind,
-    /// How well it predicts readings that it has not seen.
-    pub held_out: HeldOut,
-}
-
-/// What a model of an arm in motion may be without.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum SmallerModelKind {
-    /// Gravity and biases; neither friction nor inertia.
-    Gravity,
-    /// The same with friction, but without inertia.
-    GravityAndFriction,
-}
-
-/// Errors of a joint's readings beyond their noise: see [`UnexplainedError`](gravcal_robot_model::session::UnexplainedError).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct UnexplainedResult {
-    /// Standard deviation, unit of the reading; 0 where the noise explains the residuals.
-    pub std: f64,
-    /// Whether it was estimated from the residuals.
-    pub estimated: bool,
-    /// How many times the noise of the readings that is.
-    pub times_noise: f64,
-    /// Standard deviation over the poses of what gravity makes the joint read, unit of the reading.
-    pub gravity_std: f64,
-    /// `std` as a share of that, or of a tenth of the largest like it of any joint, where that is more; absent where nothing feels
-    /// gravity.
-    pub share_of_gravity: Option<f64>,
-}
-
-/// Residuals of one joint's torque readings.
-#[derive(Clone, Debug, Serialize)]
-pub struct JointFit {
-    /// The joint.
-    pub joint: String,
-    /// Unit of what follows.
-    pub unit: String,
-    /// How many.
-    pub readings: usize,
-    /// Root mean square.
-    pub rms: f64,
-    /// Largest |residual|.
-    pub largest: f64,
-    /// Standard deviation of the noise that the fit assumed (mean over the readings), without unexplained errors.
-    pub noise_std: f64,
-    /// Whether that was estimated from the residuals.
-    pub noise_estimated: bool,
-    /// Errors beyond that noise, where the session has such; told of the fit alone.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub unexplained: Option<UnexplainedResult>,
-    /// Largest less smallest reading of that joint in the fitted tables.
-    pub range: f64,
-}
-
-/// The links' inertias for simulations and controllers: those of rigid bodies, nearest to what the robot's file assumes and to what the
-/// readings say. Sensors and gravity are those of the estimate without it.
-#[derive(Clone, Debug, Serialize)]
-pub struct ConsistentModel {
-    /// Every link that a joint moves, without loads.
-    pub links: Vec<LinkInertiaResult>,
-    /// How well each link of the robot's file was taken to be known, relative to it.
-    pub relative_std: Vec<f64>,
-    /// Whether the arm moved; if not, tensors are those of the robot's file.
-    pub tensors_from_readings: bool,
-    /// By how much the readings were taken to say less than their noise alone makes them: told variances over those of the noise.
-    pub variance_inflation: f64,
-    /// By how much worse the readings are explained than without it: growth of χ², in told standard deviations.
-    pub chi_squared_growth: f64,
-    /// How well it predicts the tables of `[[validation]]`, with the sensors and the gravity that go best with it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub held_out: Option<HeldOut>,
-}
-
-/// Prediction of poses that were left out of the fit.
-#[derive(Clone, Debug, Serialize)]
-pub struct HeldOut {
-    /// How many poses.
-    pub poses: usize,
-    /// In how many stretches of consecutive ones.
-    pub stretches: usize,
-    /// The files of `[[validation]]` that they stand in; none where they are a part of the fitted tables.
-    pub files: Vec<String>,
-    /// Sum of squared prediction errors in standard deviations of the readings.
-    pub chi_squared: f64,
-    /// How many readings.
-    pub readings: usize,
-    /// By joint.
-    pub joints: Vec<JointFit>,
 }
