@@ -167,8 +167,8 @@ fn a_session_depends_on_its_number_alone() {
 /// its axis, an upright base whose noise many faint directions explain, ends that are as declared nowhere near, a local minimum that explains
 /// the readings, small deviations where most is open, a valley that two
 /// methods do not leave, noise found too small beside an upright base, a local minimum that
-/// explains the readings hardly.
-const ONCE_WRONG: [(u64, u64); 28] = [
+/// explains the readings hardly, ends that found their noise by six degrees of freedom.
+const ONCE_WRONG: [(u64, u64); 31] = [
     (21, 156),
     (21, 111),
     (21, 503),
@@ -197,6 +197,9 @@ const ONCE_WRONG: [(u64, u64); 28] = [
     (8201, 2494),
     (8302, 83),
     (9301, 28),
+    (9301, 1951),
+    (9101, 75),
+    (7001, 695),
 ];
 
 #[test]

@@ -54,7 +54,7 @@ impl Answer {
         wanted: TestsWanted,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Answer, EstimateError> {
-        let solved = solve(session, readings, known, environment)?.near_declared(session, environment);
+        let solved = solve(session, readings, known, environment)?.near_declared(session, environment)?;
         environment.report("judging what is determined");
         let solved = solved.with_nearby(session, environment)?.with_profiles(session, environment)?;
         // What was stopped on its way explains the readings badly whatever the model.

@@ -129,7 +129,7 @@ pub(super) fn decisively_likelier(
     let noise = first_noise(session, &solved.readings.spreads);
     let readings = MeasurementSet { noise, ..readings }.with_rough_unexplained(session);
     let other = solve_from(made, &readings, start, environment)?;
-    let gain = solved.minus_log_restricted_likelihood(session)? - other.minus_log_restricted_likelihood(made)?;
+    let gain = solved.minus_log_likelihood(session)? - other.minus_log_likelihood(made)?;
     Ok(gain > DECISIVE + (tried as f64).ln())
 }
 

@@ -11,7 +11,8 @@
 //! ```
 
 use gravcal_dynamics::JointKind;
-use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment};
+use gravcal_estimation::BlockId;
+use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
@@ -26,7 +27,7 @@ use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::start_around;
 use super::symmetries::in_hemisphere;
-use super::variables::State;
+use super::variables::{State, VariableIndex};
 use crate::judgement::Asked;
 
 /// Farther from its nominal value, rad, no offset is declared: zero positions are known to a few degrees.
@@ -43,50 +44,86 @@ const ITERATIONS: usize = 300;
 type PositionParameter = (usize, SensorParameter);
 
 impl Solved {
-    /// The same, or one nearer to what is declared where that explains the readings better; one that explains them about as well is kept
+    /// The same, or one nearer to what is declared where that explains the readings better; what explains them about as well is kept
     /// beside it.
-    pub(super) fn near_declared(self, session: &Session, environment: &SolveEnvironment<'_>) -> Solved {
+    ///
+    /// # Errors
+    /// Where an end cannot be judged.
+    pub(super) fn near_declared(
+        self,
+        session: &Session,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Solved, EstimateError> {
         if !self.estimate.termination.converged() || self.readings.order != Order::Together {
-            return self;
+            return Ok(self);
         }
         let far = self.told_far_from_declared(session);
         let solved = match far.is_empty() {
             true => self,
             false => {
                 environment.report("position sensors as declared");
-                let start = solved_as_declared(session, &self.readings, &far, environment);
-                self.or_from(session, start, environment)
+                let declared = solved_as_declared(session, &self.readings, &far, environment);
+                let block = |variables: &VariableIndex, (joint, quantity): PositionParameter| {
+                    variables.block(ParameterId::Sensor(joint, quantity))
+                };
+                let blocks = |variables: &VariableIndex| far.iter().map(|id| block(variables, *id)).collect();
+                self.or_from(session, declared, blocks, environment)?
             }
         };
         // What does not explain the readings has another cause, which is looked for from there.
-        let explains = solved.misfit(session).is_ok_and(|misfit| misfit.is_none());
+        let explains = solved.misfit(session)?.is_none();
         if !explains || !solved.tells_gravity_far_from_declared(session) {
-            return solved;
+            return Ok(solved);
         }
         environment.report("gravity as declared");
-        let start = solved.with_gravity_as_declared(session, environment);
-        solved.or_from(session, start, environment)
+        let declared = solved.with_gravity_as_declared(session, environment);
+        solved.or_from(session, declared, |variables| vec![variables.gravity], environment)
     }
 
-    /// The same, or the end of this start. What leads nowhere says nothing of the solution.
+    /// The same, or the end to which a solution leads that holds some blocks as declared, once these are let go. What leads nowhere says
+    /// nothing of the solution.
     fn or_from(
         self,
         session: &Session,
-        start: Result<State, EstimateError>,
+        declared: Result<State, EstimateError>,
+        blocks: impl Fn(&VariableIndex) -> Vec<BlockId>,
         environment: &SolveEnvironment<'_>,
-    ) -> Solved {
-        let freed = |start: State| solve_from(session, &self.readings, start, environment);
-        let found = start.and_then(freed).and_then(|other| in_hemisphere(session, other, environment));
-        let Ok(other) = found else { return self };
+    ) -> Result<Solved, EstimateError> {
+        let Ok(declared) = declared else { return Ok(self) };
+        let freed = solve_from(session, &self.readings, declared.clone(), environment);
+        let Ok(other) = freed.and_then(|other| in_hemisphere(session, other, environment)) else { return Ok(self) };
         if !other.estimate.termination.converged() || other.hemisphere_contradicted {
-            return self;
+            return Ok(self);
         }
-        let gain = self.minus_log_likelihood(session) - other.minus_log_likelihood(session);
         let nominal = State::nominal(session);
+        let [own, of_other] = [self.minus_log_likelihood(session)?, other.minus_log_likelihood(session)?];
+        let held = other.growth_of_holding(session, &declared, &blocks(&other.built.variables), environment)?;
         let (here, there) = (self.state(&nominal), other.state(&nominal));
-        let (mut best, second) = if gain > 0.0 { (self.replaced_by(other), here) } else { (self, there) };
-        best.elsewhere.extend((gain.abs() < IMPLAUSIBLE).then_some(second));
-        best
+        let (mut best, second) = if of_other < own { (self.replaced_by(other), here) } else { (self, there) };
+        let least = own.min(of_other);
+        best.elsewhere.extend((own.max(of_other) - least < IMPLAUSIBLE).then_some(second));
+        // Noise that each end found for itself, of few readings, may let go where holding explains as well.
+        let as_declared = held.filter(|(_, growth)| of_other + growth - least < IMPLAUSIBLE);
+        best.elsewhere.extend(as_declared.map(|(state, _)| state));
+        Ok(best)
+    }
+
+    /// Where some blocks are as in a state and the rest is best, and by how much ½ χ² is larger there, as if in one direction. Nothing
+    /// where that cannot be solved.
+    fn growth_of_holding(
+        &self,
+        session: &Session,
+        declared: &State,
+        blocks: &[BlockId],
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Option<(State, f64)>, EstimateError> {
+        let JointProblem { problem, initial, variables, .. } =
+            self.built.starting_at(session, &self.readings, declared).resting_at_start();
+        let held = problem.with_fixed(blocks, "as declared");
+        let Ok(there) = environment.within(ITERATIONS).solve(&held, &initial) else { return Ok(None) };
+        let growth = problem.without_reference().cost(&there.values)? - self.estimate.cost;
+        let growth = as_of_one_direction(growth.max(0.0), blocks.len(), self.freedom_of_found_noise(session));
+        Ok(Some((variables.state(&there.values, declared), growth)))
     }
 
     /// Whether the readings seem to determine gravity, far from where it is declared to point; where nothing is declared but little determined,
@@ -175,7 +212,7 @@ mod tests {
         assert_eq!(solved.told_far_from_declared(&session), [(1, SensorParameter::PositionOffset)]);
         let found = solved.state(&State::nominal(&session)).sensors[1][3];
         let looked =
-            with_environment(|environment| Ok::<_, EstimateError>(solved.near_declared(&session, environment)));
+            with_environment(|environment| solved.near_declared(&session, environment));
         let looked = looked.unwrap().state(&State::nominal(&session)).sensors[1][3];
         assert!((looked - found).abs() < 1e-6, "{looked} {found}");
     }
@@ -197,7 +234,7 @@ mod tests {
                 let solved = solve(&session, &readings, None, environment)?;
                 assert_eq!(solved.tells_gravity_far_from_declared(&session), far);
                 let found = solved.state(&State::nominal(&session)).gravity;
-                let looked = solved.near_declared(&session, environment).state(&State::nominal(&session)).gravity;
+                let looked = solved.near_declared(&session, environment)?.state(&State::nominal(&session)).gravity;
                 assert!((Vector3::from(looked) - Vector3::from(found)).norm() < 1e-6, "the base leans");
                 Ok::<_, EstimateError>(())
             })
@@ -210,9 +247,13 @@ mod tests {
         let session = sarcos_shoulder().session(0);
         let readings = select(&session, Signals::All);
         with_environment(|environment| {
-            let nominal = || Ok(State::nominal(&session));
+            // The nominal offset is far off: no end holds it.
+            let looked = |solved: Solved| {
+                let offset = |variables: &VariableIndex| vec![variables.sensors[1][3]];
+                solved.or_from(&session, Ok(State::nominal(&session)), offset, environment)
+            };
             let lowest = solve(&session, &readings, None, environment)?;
-            let least = lowest.minus_log_likelihood(&session);
+            let least = lowest.minus_log_likelihood(&session)?;
             let offset = |state: &State| state.sensors[1][SensorParameter::PositionOffset as usize];
             // The solution, moved away from its minimum, costs more.
             for (moved, plausible) in [(1e-3, true), (1e-2, false)] {
@@ -220,17 +261,17 @@ mod tests {
                 let block = other.built.variables.sensors[1][SensorParameter::PositionOffset as usize];
                 other.estimate.values.set(block, &[other.estimate.values.scalar(block) + moved]);
                 other.estimate.cost = other.built.problem.cost(&other.estimate.values)?;
-                let apart = other.minus_log_likelihood(&session) - least;
+                let apart = other.minus_log_likelihood(&session)? - least;
                 assert_eq!(apart < IMPLAUSIBLE, plausible, "{apart}");
                 let away = offset(&other.state(&State::nominal(&session)));
-                let looked = other.or_from(&session, nominal(), environment);
-                assert!((looked.minus_log_likelihood(&session) - least).abs() < 1e-6);
+                let looked = looked(other)?;
+                assert!((looked.minus_log_likelihood(&session)? - least).abs() < 1e-6);
                 let kept: Vec<f64> = looked.elsewhere.iter().map(offset).collect();
                 assert_eq!(kept, if plausible { vec![away] } else { Vec::new() });
             }
             // What leads to the same end is no other; it is as plausible.
-            let looked = lowest.or_from(&session, nominal(), environment);
-            assert!(looked.elsewhere.len() == 1 && (looked.minus_log_likelihood(&session) - least).abs() < 1e-9);
+            let looked = looked(lowest)?;
+            assert!(looked.elsewhere.len() == 1 && (looked.minus_log_likelihood(&session)? - least).abs() < 1e-9);
             Ok::<_, EstimateError>(())
         })
         .unwrap();

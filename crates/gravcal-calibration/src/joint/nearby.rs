@@ -57,7 +57,7 @@ impl Solved {
             let nominal = State::nominal(session);
             let [own, of_other] = [&solved, &other].map(|solution| not_as_declared(session, &solution.state(&nominal)));
             let least = if of_other > own { DECISIVE } else { 0.0 };
-            if contradicts || other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) - least {
+            if contradicts || other.minus_log_likelihood(session)? >= solved.minus_log_likelihood(session)? - least {
                 break;
             }
             solved = solved.replaced_by(other);

@@ -48,7 +48,7 @@ impl Solved {
 
     /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with
     /// these readings share: a fit that took up most of its readings explains the rest by chance.
-    pub(super) fn minus_log_restricted_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
+    pub(super) fn minus_log_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
         let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
         let found: Vec<bool> = errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise).collect();
         let unit = first_noise(session, &self.readings.spreads);

@@ -81,7 +81,7 @@ fn lowest_elsewhere(
     let methods = (environment, companions.as_slice());
     let nominal = State::nominal(session);
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
-        Ok(solve_from(session, readings, start, environment)?.into_end(session))
+        Ok(solve_from(session, readings, start, environment)?.into_end(session)?)
     };
     let likeliest = match readings.poses() > 2 * TELLING {
         false => from_other_starts(session, (readings, sample), solved, known, methods)?,
@@ -90,7 +90,7 @@ fn lowest_elsewhere(
             let first = solve_from(session, &part, solved.state(&nominal), environment)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
             let starts = of_part.plausible().into_iter().cloned().collect();
-            let mut likeliest = Likeliest::first(solved.into_end(session));
+            let mut likeliest = Likeliest::first(solved.into_end(session)?);
             likeliest.or_from(starts, follow, environment);
             likeliest
         }
@@ -102,7 +102,7 @@ fn lowest_elsewhere(
         best.solution
     };
     let solved = as_declared(session, readings, solved, &others, environment)?;
-    let least = solved.minus_log_likelihood(session);
+    let least = solved.minus_log_likelihood(session)?;
     // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
     let here = turned_gains(session, &solved.state(&nominal));
     let is_image = |start: &State| turned_gains(session, start).iter().any(|gain| !here.contains(gain));
@@ -120,9 +120,9 @@ fn from_other_starts(
 ) -> Result<Likeliest<Solved, State>, EstimateError> {
     let second = companions.first().unwrap_or(own);
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
-        Ok(solve_from(session, readings, start, environment)?.into_end(session))
+        Ok(solve_from(session, readings, start, environment)?.into_end(session)?)
     };
-    let mut likeliest = Likeliest::first(first.into_end(session));
+    let mut likeliest = Likeliest::first(first.into_end(session)?);
     likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, second);
     likeliest.or_from(otherwise_displaced(session, &likeliest.best.place.start), follow, own);
     likeliest.or_from(further_starts(session, sample, known, own)?, follow, own);
@@ -147,7 +147,7 @@ fn as_declared(
 ) -> Result<Solved, EstimateError> {
     let wrong = |state: &State| not_as_declared(session, state);
     let state = |solved: &Solved| solved.state(&State::nominal(session));
-    let (own, least) = (wrong(&state(&solved)), solved.minus_log_likelihood(session));
+    let (own, least) = (wrong(&state(&solved)), solved.minus_log_likelihood(session)?);
     let plausible = others.iter().filter(|place| place.minus_log_likelihood < least + DECISIVE);
     let fewest = |a: &&Place<State>, b: &&Place<State>| {
         wrong(&a.start).cmp(&wrong(&b.start)).then(a.minus_log_likelihood.total_cmp(&b.minus_log_likelihood))
@@ -159,7 +159,7 @@ fn as_declared(
     let other = solve_from(session, readings, best.start.clone(), environment)?;
     let other = in_hemisphere(session, other, environment)?;
     let fewer = wrong(&state(&other)) < own && !other.hemisphere_contradicted;
-    let plausible = other.minus_log_likelihood(session) < least + DECISIVE;
+    let plausible = other.minus_log_likelihood(session)? < least + DECISIVE;
     Ok(if fewer && plausible && other.estimate.termination.converged() { solved.replaced_by(other) } else { solved })
 }
 

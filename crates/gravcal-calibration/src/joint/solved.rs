@@ -1,9 +1,9 @@
 //! A solved joint problem, and what the data determine there.
 
-use gravcal_estimation::{Covariance, Estimate, Problem, RankAnalysis, Termination, Uncertainty, Values};
+use gravcal_estimation::{Covariance, Estimate, EvaluateError, Problem, RankAnalysis, Termination, Uncertainty, Values};
 use gravcal_identification::{End, Known, Place};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::session::{ReadingId, Session};
+use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
 use super::measurement_set::MeasurementSet;
@@ -52,25 +52,22 @@ pub(super) struct Nearby {
 
 impl Solved {
     /// As an end of a start among others.
-    pub(super) fn into_end(self, session: &Session) -> End<Solved, State> {
+    ///
+    /// # Errors
+    /// Where the problem cannot be evaluated there.
+    pub(super) fn into_end(self, session: &Session) -> Result<End<Solved, State>, EvaluateError> {
         let place = Place {
-            minus_log_likelihood: self.minus_log_likelihood(session),
+            minus_log_likelihood: self.minus_log_likelihood(session)?,
             values: self.estimate.values.clone(),
             start: self.state(&State::nominal(session)),
         };
-        End { place, termination: self.estimate.termination, solution: self }
+        Ok(End { place, termination: self.estimate.termination, solution: self })
     }
 
     /// Another solution of the same session in the place of this one, with what is known of its images and of other ends.
     pub(super) fn replaced_by(self, other: Solved) -> Solved {
         let Solved { sign_known, hemisphere_contradicted, elsewhere, .. } = self;
         Solved { sign_known, hemisphere_contradicted, elsewhere, ..other }
-    }
-
-    /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
-    pub(super) fn minus_log_likelihood(&self, session: &Session) -> f64 {
-        let size = |id: &ReadingId| self.readings.std(session, id.pose, id.channel).ln();
-        self.estimate.cost + self.built.rows.iter().map(size).sum::<f64>()
     }
 
     /// Judges a problem at its start, without solving it.

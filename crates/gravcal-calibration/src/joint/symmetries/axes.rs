@@ -104,7 +104,7 @@ impl Symmetry for TurnedAxes<'_> {
     }
 
     fn height(&self, solved: &Solved) -> f64 {
-        solved.minus_log_likelihood(self.session)
+        solved.estimate.cost
     }
 
     fn is_declared(&self) -> bool {
