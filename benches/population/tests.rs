@@ -167,8 +167,9 @@ fn a_session_depends_on_its_number_alone() {
 /// its axis, an upright base whose noise many faint directions explain, ends that are as declared nowhere near, a local minimum that explains
 /// the readings, small deviations where most is open, a valley that two
 /// methods do not leave, noise found too small beside an upright base, a local minimum that
-/// explains the readings hardly, ends that found their noise by six degrees of freedom.
-const ONCE_WRONG: [(u64, u64); 31] = [
+/// explains the readings hardly, ends that found their noise by six degrees of freedom, ends along what the
+/// readings leave open, an image about a leaning axis.
+const ONCE_WRONG: [(u64, u64); 38] = [
     (21, 156),
     (21, 111),
     (21, 503),
@@ -200,6 +201,13 @@ const ONCE_WRONG: [(u64, u64); 31] = [
     (9301, 1951),
     (9101, 75),
     (7001, 695),
+    (9301, 732),
+    (9301, 2019),
+    (9101, 256),
+    (7001, 563),
+    (8101, 814),
+    (4001, 616),
+    (2026, 736),
 ];
 
 #[test]

@@ -34,6 +34,12 @@ pub trait Solver: Send + Sync {
     fn companions(&self) -> Vec<Box<dyn Solver>> {
         Vec::new()
     }
+
+    /// The method that looks how well an answer of this one is known, with the same options, where that is another: what is told must not
+    /// depend on how the answer was found.
+    fn judge(&self) -> Option<Box<dyn Solver>> {
+        None
+    }
 }
 
 /// A method cannot take a problem.

@@ -38,7 +38,7 @@ use serde::Deserialize;
 
 use crate::damping::{Damping, damped_iteration};
 use crate::run::check_start;
-use crate::{Descent, Move, Point, StoppingRules, minimise};
+use crate::{Descent, LevenbergMarquardt, Move, Point, StoppingRules, minimise};
 pub(crate) use active::active_constraints;
 pub(crate) use programme::NAME;
 pub(crate) use start::settle;
@@ -85,6 +85,10 @@ impl Solver for Clarabel {
         check_start(problem, initial)?;
         start::check(problem, initial)?;
         minimise(self, problem, initial, context)
+    }
+
+    fn judge(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(LevenbergMarquardt { stopping: self.stopping }))
     }
 }
 

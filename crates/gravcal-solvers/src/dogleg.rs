@@ -64,6 +64,10 @@ impl Solver for Dogleg {
             Box::new(VariableProjection { stopping: self.stopping }),
         ]
     }
+
+    fn judge(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(LevenbergMarquardt { stopping: self.stopping }))
+    }
 }
 
 /// Δ; none before the first iteration.

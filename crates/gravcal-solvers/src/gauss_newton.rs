@@ -30,7 +30,7 @@ use serde::Deserialize;
 
 use crate::point::dot;
 use crate::refusal::refuse_constraints;
-use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, VariableProjection, minimise};
+use crate::{Decision, Descent, Dogleg, LevenbergMarquardt, Move, Point, StoppingRules, VariableProjection, minimise};
 
 pub(crate) const NAME: &str = "gauss-newton";
 
@@ -70,6 +70,10 @@ impl Solver for GaussNewton {
 
     fn companions(&self) -> Vec<Box<dyn Solver>> {
         vec![Box::new(Dogleg { stopping: self.stopping }), Box::new(VariableProjection { stopping: self.stopping })]
+    }
+
+    fn judge(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(LevenbergMarquardt { stopping: self.stopping }))
     }
 }
 

@@ -84,6 +84,10 @@ impl Solver for VariableProjection {
     fn companions(&self) -> Vec<Box<dyn Solver>> {
         vec![Box::new(Dogleg { stopping: self.stopping }), Box::new(LevenbergMarquardt { stopping: self.stopping })]
     }
+
+    fn judge(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(LevenbergMarquardt { stopping: self.stopping }))
+    }
 }
 
 /// Why there is no linear part to project on, if there is none.

@@ -42,6 +42,19 @@ pub(super) struct Conclusion {
     pub remarks: Vec<String>,
 }
 
+/// The solution with what is nearby and with profiles, by one method whichever found it: where the readings say next to nothing, methods end at
+/// different places of the same valley, and what is told must not depend on that.
+fn judged_by_one_method(
+    solved: Solved,
+    session: &Session,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let judge = environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok());
+    let by_judge = judge.as_ref().map(|judge| environment.by(judge.as_ref()));
+    let environment = by_judge.as_ref().unwrap_or(environment);
+    solved.with_nearby(session, environment)?.with_profiles(session, environment)
+}
+
 impl Answer {
     /// Solves for everything, looks where else the truth may lie, and judges what is determined, and how well. `wanted`: which tests on residuals.
     ///
@@ -56,7 +69,7 @@ impl Answer {
     ) -> Result<Answer, EstimateError> {
         let solved = solve(session, readings, known, environment)?.near_declared(session, environment)?;
         environment.report("judging what is determined");
-        let solved = solved.with_nearby(session, environment)?.with_profiles(session, environment)?;
+        let solved = judged_by_one_method(solved, session, environment)?;
         // What was stopped on its way explains the readings badly whatever the model.
         let unexplained = solved.unexplained_sizes(session)?;
         let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);

@@ -164,14 +164,14 @@ impl Answer {
     /// How many times as large as stated residuals are, where standard deviations come from a noise that is stated too large.
     fn too_well_explained(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
         let by_noise = matches!(self.uncertainty, UncertaintyResult::Noise { source: NoiseSource::Stated, .. });
-        let explained = explained(session, &self.solved, 2.0 * self.solved.estimate.cost)?;
+        let explained = explained(session, &self.solved, self.solved.least_chi_squared())?;
         Ok(explained.too_well().filter(|_| by_noise))
     }
 
     /// How many times worse than their stated noise the readings are explained, where that is far beyond any chance.
     fn contradiction(&self, session: &Session) -> Result<Option<f64>, EstimateError> {
         let Some(misfit) = self.misfit.filter(|misfit| *misfit > CONTRADICTION) else { return Ok(None) };
-        let p_value = explained(session, &self.solved, 2.0 * self.solved.estimate.cost)?.p_value;
+        let p_value = explained(session, &self.solved, self.solved.least_chi_squared())?.p_value;
         Ok(p_value.is_some_and(|p| p < BEYOND_CHANCE).then_some(misfit))
     }
 

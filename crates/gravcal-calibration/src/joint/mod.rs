@@ -46,6 +46,7 @@ mod problem;
 mod profiles;
 mod reference;
 mod report;
+mod resting;
 mod reversed;
 mod robust;
 mod sample;

@@ -12,7 +12,7 @@
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::BlockId;
-use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
+use gravcal_identification::{DECISIVE, IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
@@ -72,7 +72,8 @@ impl Solved {
         };
         // What does not explain the readings has another cause, which is looked for from there.
         let explains = solved.misfit(session)?.is_none();
-        if !explains || !solved.tells_gravity_far_from_declared(session) {
+        let doubted = solved.hemisphere_contradicted || solved.tells_gravity_far_from_declared(session);
+        if !explains || !doubted {
             return Ok(solved);
         }
         environment.report("gravity as declared");
@@ -97,6 +98,10 @@ impl Solved {
         }
         let nominal = State::nominal(session);
         let [own, of_other] = [self.minus_log_likelihood(session)?, other.minus_log_likelihood(session)?];
+        // What lies in the declared hemisphere, and is not less likely beyond doubt, contradicts no declaration.
+        if self.hemisphere_contradicted && of_other < own + DECISIVE {
+            return Ok(other);
+        }
         let held = other.growth_of_holding(session, &declared, &blocks(&other.built.variables), environment)?;
         let (here, there) = (self.state(&nominal), other.state(&nominal));
         let (mut best, second) = if of_other < own { (self.replaced_by(other), here) } else { (self, there) };
@@ -211,8 +216,7 @@ mod tests {
         let (session, solved) = declared_off(0.5);
         assert_eq!(solved.told_far_from_declared(&session), [(1, SensorParameter::PositionOffset)]);
         let found = solved.state(&State::nominal(&session)).sensors[1][3];
-        let looked =
-            with_environment(|environment| solved.near_declared(&session, environment));
+        let looked = with_environment(|environment| solved.near_declared(&session, environment));
         let looked = looked.unwrap().state(&State::nominal(&session)).sensors[1][3];
         assert!((looked - found).abs() < 1e-6, "{looked} {found}");
     }

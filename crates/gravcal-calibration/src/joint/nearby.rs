@@ -40,6 +40,8 @@ impl Solved {
     ) -> Result<Solved, EstimateError> {
         let mut solved = self;
         for round in 0..=ROUNDS {
+            let least = solved.estimate.cost;
+            solved = solved.resting_as_declared(session, environment)?;
             solved.nearby = solved.look_around(session, environment)?;
             if round == ROUNDS {
                 break;
@@ -48,7 +50,7 @@ impl Solved {
             let costs = solved.nearby.iter().map(|near| Ok((problem.cost(&near.values)?, &near.values)));
             let costs = costs.collect::<Result<Vec<_>, EstimateError>>()?;
             let lowest = costs.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
-            let Some((_, better)) = lowest.filter(|(cost, _)| *cost < solved.estimate.cost - BETTER) else { break };
+            let Some((_, better)) = lowest.filter(|(cost, _)| *cost < least - BETTER) else { break };
             let start = solved.built.variables.state(better, &State::nominal(session));
             // What leads nowhere leaves the estimate as it is.
             let other = solve_from(session, &solved.readings, start, environment);

@@ -166,11 +166,11 @@ fn as_declared(
 impl Solved {
     /// Whether the readings are explained so badly that it happens to one of ten right models.
     fn is_hardly_explained(&self, session: &Session) -> Result<bool, EvaluateError> {
-        Ok(explained(session, self, 2.0 * self.estimate.cost)?.p_value.is_some_and(|p| p < UNLIKELY))
+        Ok(explained(session, self, self.least_chi_squared())?.p_value.is_some_and(|p| p < UNLIKELY))
     }
 
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
-        Ok(explained(session, self, 2.0 * self.estimate.cost)?.misfit())
+        Ok(explained(session, self, self.least_chi_squared())?.misfit())
     }
 }

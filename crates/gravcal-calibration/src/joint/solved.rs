@@ -1,6 +1,8 @@
 //! A solved joint problem, and what the data determine there.
 
-use gravcal_estimation::{Covariance, Estimate, EvaluateError, Problem, RankAnalysis, Termination, Uncertainty, Values};
+use gravcal_estimation::{
+    Covariance, Estimate, EvaluateError, Problem, RankAnalysis, Termination, Uncertainty, Values,
+};
 use gravcal_identification::{End, Known, Place};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
@@ -29,6 +31,8 @@ pub struct Solved {
     pub(super) nearby: Vec<Nearby>,
     /// Column and standard deviation where a profile tells a larger one than the linear model.
     pub(super) profiles: Vec<(usize, f64)>,
+    /// By how much ½ χ² is larger than the least that was found: where much is open, the solution rests beside that.
+    pub(crate) growth_at_rest: f64,
     /// Ends of other starts that explain the readings as plausibly.
     pub(super) elsewhere: Vec<State>,
     /// By how many standard deviations the readings would like to pass each active constraint.
@@ -51,6 +55,11 @@ pub(super) struct Nearby {
 }
 
 impl Solved {
+    /// χ² of the readings where they are explained best.
+    pub(crate) fn least_chi_squared(&self) -> f64 {
+        2.0 * (self.estimate.cost - self.growth_at_rest)
+    }
+
     /// As an end of a start among others.
     ///
     /// # Errors
@@ -106,6 +115,7 @@ impl Solved {
             nearby: Vec::new(),
             profiles: Vec::new(),
             elsewhere: Vec::new(),
+            growth_at_rest: 0.0,
             sign_known: true,
             hemisphere_contradicted: false,
         })

@@ -67,7 +67,8 @@ pub(crate) fn explained(session: &Session, solved: &Solved, chi_squared: f64) ->
 
 /// Tells the fit of a solved problem with these whitened residuals.
 pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Fit, EvaluateError> {
-    let chi_squared = whitened.iter().map(|r| r * r).sum();
+    let at_rest: f64 = whitened.iter().map(|r| r * r).sum();
+    let chi_squared = at_rest - 2.0 * solved.growth_at_rest;
     let Explained { degrees_of_freedom, p_value, median_ratio, .. } = explained(session, solved, chi_squared)?;
     let unexplained = solved.unexplained_sizes(session)?;
     Ok(Fit {

@@ -7,7 +7,8 @@ use super::residuals::ReadingResidual;
 /// How well a model explains the readings.
 #[derive(Clone, Debug, Serialize)]
 pub struct Fit {
-    /// Sum of squared residuals in standard deviations, outliers included.
+    /// Sum of squared residuals in standard deviations, outliers included, where the readings are explained best: where much is open, the
+    /// estimate rests beside that.
     pub chi_squared: f64,
     /// Rows less the number of parameters that the data determine.
     pub degrees_of_freedom: usize,

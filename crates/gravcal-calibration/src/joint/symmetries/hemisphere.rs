@@ -63,9 +63,11 @@ impl Symmetry for InHemisphere<'_> {
         }
         let found = solved.state(&State::nominal(session));
         let free = |joint: &usize| session.fixed_reason(*joint, SensorParameter::PositionOffset).is_none();
-        let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
+        let first = (0..session.joints.len()).find(free);
+        let turned = first.map(|joint| half_a_turn_on(session, &found, joint));
+        let about_axis = first.and_then(|joint| half_a_turn_about_axis(session, &found, joint));
         let declared = self.declared_start(solved)?;
-        Ok(std::iter::once(found.upside_down(session)).chain(turned).chain(declared).collect())
+        Ok(std::iter::once(found.upside_down(session)).chain(turned).chain(about_axis).chain(declared).collect())
     }
 
     /// What leads nowhere explains nothing.
@@ -139,9 +141,21 @@ fn half_a_turn_on(session: &Session, found: &State, joint: usize) -> State {
     image
 }
 
+/// The same with gravity turned by half a turn about the joint's axis, which is exact for this joint and all beyond where the joints before
+/// it stand, however the base leans: `−g + 2 (g·a) a`.
+fn half_a_turn_about_axis(session: &Session, found: &State, joint: usize) -> Option<State> {
+    let pose = session.poses.first()?;
+    let coordinates = session.terms.coordinates(&pose.position, &pose.conditions, found);
+    let chain = &session.robot.chain;
+    let axis = Vector3::from(chain.axes(&coordinates)[chain.links_of(joint).next()?]);
+    let gravity = Vector3::from(found.gravity);
+    let turned = axis * (2.0 * axis.dot(&gravity)) - gravity;
+    Some(State { gravity: turned.into(), ..half_a_turn_on(session, found, joint) })
+}
+
 #[cfg(test)]
 mod tests {
-    use gravcal_session::simulation::Disturbance;
+    use gravcal_session::simulation::{Disturbance, Run};
 
     use super::*;
     use crate::joint::{Signals, select, solve};
@@ -168,6 +182,29 @@ mod tests {
         .unwrap();
         assert!(back.state(&nominal).gravity[2] < -9.0 && !back.hemisphere_contradicted);
         assert!((back.estimate.cost - above).abs() < DECISIVE);
+    }
+
+    #[test]
+    fn half_a_turn_about_a_joint_with_gravity_reads_the_same_from_there_on() {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [2.0, 3.0, -9.1];
+        for run in &mut simulation.runs {
+            let Run::Sweep { swept, .. } = run else { panic!("all are sweeps") };
+            *swept = (*swept).max(1);
+        }
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|w| solve(&session, &readings, None, w)).unwrap();
+        let found = solved.state(&State::nominal(&session));
+        let predicted = |state: &State| {
+            let built = solved.built.starting_at(&session, &readings, state);
+            built.predicted(&session, &readings).unwrap().into_iter().filter(|(id, _)| id.channel >= 1)
+        };
+        let image = half_a_turn_about_axis(&session, &found, 1).unwrap();
+        assert!((image.sensors[1][3] - found.sensors[1][3]).abs() > 3.0 && image.gravity[2] > 0.0, "{image:?}");
+        for ((_, one), (id, other)) in predicted(&found).zip(predicted(&image)) {
+            assert!((one - other).abs() < 1e-9 * one.abs().max(1.0), "{id:?}: {one} {other}");
+        }
     }
 
     /// Whether readings with noise of so many counts are explained as well with gravity on a border 30° away from it.
