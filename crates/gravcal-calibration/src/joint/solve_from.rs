@@ -21,8 +21,8 @@ const NOISE_TOLERANCE: f64 = 1e-3;
 const UNEXPLAINED_ROUNDS: usize = 30;
 /// How often, at most, the torques that bend joints are taken anew from a solution in which these bend.
 const BENDING_ROUNDS: usize = 3;
-/// Iterations of each: the next goes on from there.
-const NOISE_ITERATIONS: usize = 100;
+/// Iterations of each: the next goes on from there, and what noise shifts is little beside what it costs to follow it to the last digit.
+const NOISE_ITERATIONS: usize = 12;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
 

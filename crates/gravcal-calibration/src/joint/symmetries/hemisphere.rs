@@ -189,8 +189,8 @@ mod tests {
         let mut simulation = sarcos_shoulder();
         simulation.truth.gravity = [2.0, 3.0, -9.1];
         for run in &mut simulation.runs {
-            let Run::Sweep { swept, .. } = run else { panic!("all are sweeps") };
-            *swept = (*swept).max(1);
+            let Run::Sweep { swept, held, .. } = run else { panic!("all are sweeps") };
+            (*swept, held[0]) = ((*swept).max(1), 0.3);
         }
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
