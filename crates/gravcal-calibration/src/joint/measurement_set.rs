@@ -8,7 +8,7 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::sensors::Term;
 use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Pose, PriorKind, Session, UnexplainedError};
 
-use super::order::Order;
+use crate::joint::order::Order;
 
 /// Which readings enter, and how uncertain they are.
 #[derive(Clone, Debug)]

@@ -3,9 +3,9 @@
 use gravcal_estimation::{EvaluateError, Loss, Problem, Values};
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use super::error::BuildError;
-use super::measurement_set::MeasurementSet;
-use super::variables::VariableIndex;
+use crate::joint::error::BuildError;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::variables::VariableIndex;
 
 /// A built joint problem.
 #[derive(Clone, Debug)]

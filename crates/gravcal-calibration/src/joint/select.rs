@@ -2,8 +2,8 @@
 
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use super::measurement_set::MeasurementSet;
-use super::sweep_moments::{SweepMoments, by_sweep};
+use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
+use crate::joint::measurement_set::MeasurementSet;
 use crate::plan::Plan;
 
 /// Which torque readings an estimator may use.

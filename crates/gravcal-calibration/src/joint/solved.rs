@@ -7,10 +7,10 @@ use gravcal_identification::{End, Known, Place};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
-use super::error::EstimateError;
-use super::measurement_set::MeasurementSet;
-use super::problem::JointProblem;
-use super::variables::State;
+use crate::joint::error::EstimateError;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::problem::JointProblem;
+use crate::joint::variables::State;
 
 /// A solved and judged joint problem.
 #[derive(Debug)]

@@ -19,7 +19,7 @@
 //! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
 //! an uncertainty. A zero that drifts is seldom alone: where one is named, others are taken to drift, too ([`drift`]). The verdict stays *partly
 //! determined*: the term belongs into the model. Less is told, and changes no verdict. The side from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
-//! fit (`joint/at_rest.rs`), told from position gains and biases or widening their intervals
+//! fit (`joint/model_error/at_rest.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
 //!
 //! **Not tested**: what was counted by a loss, what has not converged, readings that enter group by group, residuals that are but the

@@ -1,0 +1,162 @@
+//! The joint problem: all residuals over all unknowns, every reading exactly once.
+//!
+//! For given gravity, gains, mountings and positions all of it is affine in the biases, the links' masses and moments and
+//! the placements of loads that no distance reads: these blocks are marked as linear.
+
+use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder};
+use gravcal_robot_model::residuals::{GravityNorm, LoadDistance, Prior};
+use gravcal_robot_model::session::{InertiaPrior, ParameterPrior, PriorKind, Session};
+
+use crate::joint::building::blocks::{add_blocks, add_unknown_blocks};
+use crate::joint::building::constraints::{self, constrained};
+use crate::joint::building::earlier::with_earlier;
+use crate::joint::building::factors::{add_readings, fixed_positions, positions};
+use crate::joint::building::modelled::add_residuals;
+use crate::joint::building::placements::distances_left;
+use crate::joint::building::position_unknowns::add_priors;
+use crate::joint::building::reference::{reference, with_reference};
+use crate::joint::error::BuildError;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::problem::JointProblem;
+use crate::joint::variables::{State, VariableIndex};
+
+/// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
+const TYPICAL_LEVER: f64 = 0.1;
+
+/// Standard deviation of an exact distance that cannot be held by the placements themselves, m.
+const EXACT_DISTANCE_STD: f64 = 1e-6;
+
+/// Builds the joint problem with the given readings, from the given start.
+///
+/// # Errors
+/// Where there is nothing to measure or nothing unknown.
+pub fn build_problem(session: &Session, readings: &MeasurementSet, start: &State) -> Result<JointProblem, BuildError> {
+    let mut builder = ProblemBuilder::new();
+    let variables = add_unknown_blocks(session, readings, start, &mut builder);
+    let held = fixed_positions(&variables, &builder);
+    let rows = add_readings(session, readings, &variables, held, &mut builder)?;
+    let modelled = add_residuals(session, readings, &variables, &mut builder)?;
+    add_parameter_priors(session, readings, &variables, &mut builder)?;
+    let (problem, initial) = builder.build()?;
+    let built = JointProblem { problem, initial, variables, rows, modelled, poses: readings.poses(), loss: Loss::None };
+    let built = with_reference(session, readings, built);
+    match &session.earlier {
+        None => Ok(built),
+        Some(earlier) => with_earlier(earlier, built),
+    }
+}
+
+/// The same under the session's constraints, from the nearest start that obeys them.
+///
+/// # Errors
+/// As [`build_problem`].
+pub(crate) fn build_with_constraints(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: &State,
+) -> Result<JointProblem, BuildError> {
+    let mut start = start.clone();
+    constraints::respect(session, &mut start);
+    constrained(session, build_problem(session, readings, &start)?)
+}
+
+/// The same with the readings alone: no prior and nothing that needs one, no known norm, no known distance. A characteristic
+/// that is bent is taken for straight, as it is where a start begins. What is linear is asked for: derivatives by position sensors may be missing.
+///
+/// # Errors
+/// As [`build_problem`].
+pub(crate) fn pose_readings_alone(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: &State,
+) -> Result<JointProblem, BuildError> {
+    let mut builder = ProblemBuilder::new();
+    let variables = add_blocks(session, readings, start, false, &mut builder);
+    let given = Some(positions(&variables, &builder));
+    let rows = add_readings(session, readings, &variables, given, &mut builder)?;
+    let (problem, initial) = builder.build()?;
+    let mut nominal = ProblemBuilder::new();
+    add_blocks(session, readings, &State::nominal(session), false, &mut nominal);
+    let reference = reference(session, readings, &problem, &variables, nominal.initial());
+    let problem = problem.with_reference(reference);
+    let (poses, loss) = (readings.poses(), Loss::None);
+    Ok(JointProblem { problem, initial, variables, rows, modelled: Vec::new(), poses, loss })
+}
+
+fn add_parameter_priors(
+    session: &Session,
+    readings: &MeasurementSet,
+    variables: &VariableIndex,
+    builder: &mut ProblemBuilder,
+) -> Result<(), NoiseError> {
+    if let Some(std) = session.gravity.magnitude_std {
+        let residual = GravityNorm::new(variables.gravity, session.gravity.magnitude);
+        builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
+    }
+    for id in session.parameters() {
+        if let ParameterPrior { nominal, kind: PriorKind::Gaussian { std } } = session.prior(id) {
+            add_prior(builder, variables.block(id), vec![nominal], &[std])?;
+        }
+    }
+    if let InertiaPrior::Model { relative_std } = &session.inertia {
+        for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&variables.inertia).zip(relative_std) {
+            if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
+                let [x, y, z] = inertia.first_moment;
+                let moment = relative_std * moment_std(inertia.mass, [x, y, z]);
+                let std = [relative_std * inertia.mass, moment, moment, moment];
+                add_prior(builder, *id, vec![inertia.mass, x, y, z], &std)?;
+            }
+        }
+    }
+    add_tensor_priors(session, variables, builder)?;
+    for (load, placement) in session.loads.iter().zip(&variables.loads) {
+        // A load with a position of its own is tied to no other: its placement is one block.
+        if let (Some(position), Some(std), Some([id])) = (load.position, load.position_std, placement.as_deref()) {
+            add_prior(builder, *id, position.to_vec(), &[std; 3])?;
+        }
+    }
+    add_priors(variables, builder)?;
+    for unknown in variables.at_rest.iter().chain(&variables.bending) {
+        unknown.add_prior(builder)?;
+    }
+    for index in distances_left(session, &readings.carried(session)) {
+        let known = &session.load_distances[index];
+        if let [Some(a), Some(b)] = known.between.map(|load| variables.loads[load].clone()) {
+            let residual = LoadDistance::new([a, b], known.distance);
+            let std = known.std.unwrap_or(EXACT_DISTANCE_STD);
+            builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
+        }
+    }
+    Ok(())
+}
+
+/// What the robot's file says of links' inertia tensors, as well as it says their masses.
+fn add_tensor_priors(
+    session: &Session,
+    variables: &VariableIndex,
+    builder: &mut ProblemBuilder,
+) -> Result<(), NoiseError> {
+    let InertiaPrior::Model { relative_std } = &session.inertia else { return Ok(()) };
+    let nominal = State::nominal(session).tensors;
+    let links = session.robot.chain.links().iter().zip(relative_std);
+    for ((id, tensor), (link, relative_std)) in variables.tensors.iter().zip(nominal).zip(links) {
+        if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
+            let least = inertia.mass * TYPICAL_LEVER * TYPICAL_LEVER;
+            let size = f64::max(0.5 * (tensor[0] + tensor[2] + tensor[5]).abs(), least);
+            add_prior(builder, *id, tensor.to_vec(), &[relative_std * size; 6])?;
+        }
+    }
+    Ok(())
+}
+
+fn add_prior(builder: &mut ProblemBuilder, block: BlockId, expected: Vec<f64>, std: &[f64]) -> Result<(), NoiseError> {
+    builder.add_factor(Factor::new(Prior::new(block, expected), Noise::independent(std)?));
+    Ok(())
+}
+
+/// Size of a first moment for a relative uncertainty, kg·m: that of the moment itself, but at least that of the
+/// mass at [`TYPICAL_LEVER`], so that a moment drawn as zero is not taken as exact.
+fn moment_std(mass: f64, moment: [f64; 3]) -> f64 {
+    let length = moment.iter().map(|c| c * c).sum::<f64>().sqrt();
+    length.max(mass * TYPICAL_LEVER)
+}

@@ -1,0 +1,186 @@
+//! Where a solution rests of which the readings leave much open.
+//!
+//! Along what the readings do not say a fit follows their noise, and each method ends elsewhere: the gain of a joint that carries nothing is the
+//! amplitude of a sine that is not there, and the gain of its position sensor the frequency, with as many minima as a periodogram has lines.
+//! What is told must not depend on that. So with `W` from the limits of use (a standard deviation beyond which a number would mislead)
+//!
+//! ```text
+//!     x₁ = argmin ½ χ²(x) + ½ |x − declared|²_W        one minimum, wherever the fit ended
+//!     x_k = argmin ½ χ²(x) + ½ |x − x_(k−1)|²_W        and without the pull on what is determined
+//! ```
+//!
+//! Of a direction of standard deviation `σ` and limit `l`, `(σ²/(σ² + l²))^k` of the pull is left: what is determined ends where the readings want
+//! it, and what is open stays at what is declared. If the readings may be explained so, it is the solution.
+//!
+//! Why it is so, and what was tried: `docs/decisions/resting.md`.
+
+use gravcal_estimation::{Estimate, ProblemBuilder, Values};
+use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
+use gravcal_robot_model::parameter::ParameterId;
+use gravcal_robot_model::session::Session;
+
+use crate::joint::building::blocks::add_unknown_blocks;
+use crate::joint::building::reference::WITHIN_USE;
+use crate::joint::error::EstimateError;
+use crate::joint::order::Order;
+use crate::joint::problem::JointProblem;
+use crate::joint::solved::Solved;
+use crate::joint::starting::start::start_around;
+use crate::joint::variables::State;
+
+/// How often the pull follows: an eighth is left of it where a standard deviation is as large as its limit.
+const ROUNDS: usize = 3;
+/// What has moved by more standard deviations is at another minimum.
+const BEYOND_ERRORS: f64 = 2.0;
+/// Iterations of each at most.
+const ITERATIONS: usize = 3000;
+
+impl Solved {
+    /// The same with what is open at its declared values, or as near to them as the readings let it be.
+    ///
+    /// # Errors
+    /// Where the problem cannot be evaluated there.
+    pub(in crate::joint) fn resting_as_declared(
+        self,
+        session: &Session,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Solved, EstimateError> {
+        let open = self.open(session);
+        let stays = open.is_empty()
+            || !self.estimate.termination.converged()
+            || self.readings.order != Order::Together
+            || !self.built.problem.constraints().is_empty();
+        let Some(reference) = self.built.problem.reference().filter(|_| !stays) else { return Ok(self) };
+        // What cannot be solved there says nothing.
+        let Ok(values) = self.where_it_rests(session, &open, environment) else { return Ok(self) };
+        let cost = self.built.problem.without_reference().cost(&values)?;
+        let growth = (cost - self.estimate.cost).max(0.0);
+        if as_of_one_direction(growth, open.len(), self.freedom_of_found_noise(session)) > IMPLAUSIBLE {
+            return Ok(self);
+        }
+        let problem = self.built.problem.with_reference(reference.centered_at(&values));
+        let built = JointProblem { problem, ..self.built.clone() };
+        let estimate = Estimate { values, cost, normal_equations: None, ..self.estimate.clone() };
+        let rested = Solved::judged(self.readings.clone(), built, estimate)?;
+        let ended = self.state(&State::nominal(session));
+        let mut rested = Solved { growth_at_rest: growth, ..self.replaced_by(rested) };
+        // The pull may lead over to another minimum. Then the one before is as likely.
+        let is_another = rested.has_moved_from(session, &ended);
+        rested.elsewhere.extend(is_another.then_some(ended));
+        Ok(rested)
+    }
+
+    /// Whether something that is determined here lies beyond its errors from where it was.
+    fn has_moved_from(&self, session: &Session, before: &State) -> bool {
+        let judgement = self.judge(session);
+        let here = self.state(&State::nominal(session));
+        let determined = session.parameters().into_iter().filter(|id| judgement.determines(*id));
+        let mut moved = determined.map(|id| ((here.value(id) - before.value(id)).abs(), self.parameter_std(id)));
+        moved.any(|(apart, std)| std > 0.0 && apart > BEYOND_ERRORS * std)
+    }
+
+    /// The free parameters that the readings leave open.
+    fn open(&self, session: &Session) -> Vec<ParameterId> {
+        let judgement = self.judge(session);
+        let is_open = |id: &ParameterId| session.fixed(*id).is_none() && !judgement.determines(*id);
+        session.parameters().into_iter().filter(is_open).collect()
+    }
+
+    /// `x_k`.
+    fn where_it_rests(
+        &self,
+        session: &Session,
+        open: &[ParameterId],
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Values, EstimateError> {
+        let environment = environment.within(ITERATIONS);
+        let problem = &self.built.problem;
+        let firm = problem.reference().map(|reference| reference.times_as_firm(WITHIN_USE));
+        let nominal = State::nominal(session);
+        let mut declared = ProblemBuilder::new();
+        add_unknown_blocks(session, &self.readings, &nominal, &mut declared);
+        let mut start = self.state(&nominal);
+        open.iter().for_each(|id| *start.value_mut(*id) = session.nominal(*id));
+        let start = start_around(session, &self.readings, &start)?;
+        let mut values = self.built.starting_at(session, &self.readings, &start).initial;
+        let mut center = declared.initial();
+        for _ in 0..ROUNDS {
+            let pulled = firm.iter().fold(problem.clone(), |free, firm| free.with_reference(firm.centered_at(&center)));
+            values = environment.solve(&pulled, &values)?.values;
+            center = values.clone();
+        }
+        Ok(values)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_robot_model::parameter::SensorParameter;
+
+    use super::*;
+    use crate::joint::{Signals, select, solve};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    const FIRST_GAIN: usize = SensorParameter::PositionGain as usize;
+
+    /// A shoulder on a base that leans by so much, rad.
+    fn leaning(tilt: f64) -> Session {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [9.8 * tilt.sin(), 0.0, -9.8 * tilt.cos()];
+        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+        simulation.session(0)
+    }
+
+    /// Its solution, moved to where the first position gain is so many times as large, and where that rests.
+    fn rested(session: &Session, times: f64) -> Solved {
+        let readings = select(session, Signals::All);
+        with_environment(|environment| {
+            let Solved { readings, built, mut estimate, .. } = solve(session, &readings, None, environment)?;
+            let gain = built.variables.sensors[0][FIRST_GAIN];
+            estimate.values.set(gain, &[times * estimate.values.scalar(gain)]);
+            estimate.cost = built.problem.without_reference().cost(&estimate.values)?;
+            Solved::judged(readings, built, estimate)?.resting_as_declared(session, environment)
+        })
+        .unwrap()
+    }
+
+    #[test]
+    fn what_is_open_rests_as_declared_wherever_the_fit_ended() {
+        let session = leaning(0.0);
+        let nominal = State::nominal(&session);
+        let [one, other] = [0.7, 1.4].map(|times| rested(&session, times));
+        let open = one.open(&session);
+        let first = ParameterId::Sensor(0, SensorParameter::PositionGain);
+        assert!(open.contains(&first), "an upright first joint reads nothing of its angle");
+        let [a, b] = [&one, &other].map(|solved| solved.state(&nominal));
+        assert!((a.value(first) / nominal.value(first) - 1.0).abs() < 0.05, "{}", a.value(first));
+        for id in session.parameters().into_iter().filter(|id| session.fixed(*id).is_none()) {
+            let apart = (a.value(id) - b.value(id)).abs();
+            assert!(apart < 0.01 * one.parameter_std(id), "{}: {apart}", session.parameter_name(id));
+        }
+    }
+
+    #[test]
+    fn what_is_determined_is_left_where_the_readings_want_it() {
+        let session = leaning(0.0);
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+        let (nominal, judgement) = (State::nominal(&session), solved.judge(&session));
+        let resting = rested(&session, 1.0);
+        let [before, after] = [&solved, &resting].map(|solved| solved.state(&nominal));
+        let determined = |id: &ParameterId| session.fixed(*id).is_none() && judgement.determines(*id);
+        for id in session.parameters().into_iter().filter(determined) {
+            let (moved, std) = ((before.value(id) - after.value(id)).abs(), resting.parameter_std(id));
+            assert!(moved < 0.2 * std, "{}: {moved} of {std}", session.parameter_name(id));
+        }
+        let cost = resting.built.problem.without_reference().cost(&resting.estimate.values).unwrap();
+        assert!((cost - resting.growth_at_rest - solved.estimate.cost).abs() < 1e-6);
+    }
+
+    #[test]
+    fn where_nothing_is_open_nothing_moves() {
+        let session = leaning(0.3);
+        let resting = rested(&session, 1.0);
+        assert_eq!((resting.open(&session).len(), resting.growth_at_rest), (0, 0.0));
+    }
+}

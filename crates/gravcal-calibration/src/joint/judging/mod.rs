@@ -1,0 +1,6 @@
+//! What is determined at a solution, and how well.
+
+pub(super) mod judged;
+pub(super) mod model_tests;
+pub(super) mod pose_blocks;
+pub(super) mod uncertainty;

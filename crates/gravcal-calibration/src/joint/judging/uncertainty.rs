@@ -1,0 +1,164 @@
+//! Where the standard deviations of a solved joint problem come from, as the session chooses.
+//!
+//! The samples are the poses: a block is some neighbouring ones, of all joints. Priors, known lengths and the like are
+//! knowledge, and keep their stated noise. Noise that was estimated from the residuals stays as it was found while poses
+//! are drawn anew.
+
+use gravcal_estimation::statistics::{
+    Bootstrap, DeterminedByOneBlock, Jackknife, NoiseScale, Resampling, SampleBlocks, Solution, StatisticsError,
+    Uncertainty,
+};
+use gravcal_estimation::{BlockId, Loss, RankAnalysis};
+use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
+
+use crate::joint::error::EstimateError;
+use crate::joint::judging::pose_blocks::BlocksOfPoses;
+use crate::joint::order::Order;
+use crate::joint::solved::Solved;
+use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
+
+/// Fewer poses do not tell by themselves what an error of the model does.
+const FEWEST_POSES: usize = 14;
+/// Degrees of freedom from which on a standard deviation that was estimated with them says something: Student's t has a variance from here on.
+pub(in crate::joint) const LEAST_FREEDOM: usize = 3;
+/// Share of a variance along what one block alone tells from which on that is worth a word.
+const ALONE_SHARE: f64 = 0.01;
+
+impl Solved {
+    pub(in crate::joint) fn solution(&self) -> Solution<'_> {
+        Solution { problem: self.judged_problem(), values: &self.estimate.values, analysis: &self.analysis }
+    }
+
+    /// The uncertainty that the session chooses, and what to say of it. `misfit`: how many times worse than their stated
+    /// noise the readings are explained, where that is no accident.
+    pub(in crate::joint) fn chosen_uncertainty(
+        &self,
+        session: &Session,
+        misfit: Option<f64>,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
+        let blocks = |block_poses| SampleBlocks::new(0..self.built.poses, block_poses);
+        match session.uncertainty {
+            // Only at a minimum do blocks scatter about zero; an estimate that is none has failed anyway.
+            _ if !self.estimate.termination.converged() => self.noise_uncertainty(session, misfit),
+            UncertaintyChoice::Noise => self.noise_uncertainty(session, misfit),
+            UncertaintyChoice::Jackknife { blocks } => {
+                let (uncertainty, reported) = self.jackknife(session, blocks)?;
+                Ok((uncertainty, UncertaintyResult::Jackknife(reported)))
+            }
+            UncertaintyChoice::Sandwich { block_poses } => {
+                let blocks = blocks(block_poses)?;
+                let reported = UncertaintyResult::Sandwich { blocks: blocks.count(), block_poses };
+                Ok((Uncertainty::sandwich(&self.solution(), &blocks)?, reported))
+            }
+            UncertaintyChoice::Bootstrap { block_poses, replicates, seed } => {
+                environment.report("judging by bootstrap");
+                let blocks = blocks(block_poses)?;
+                let resampling = Resampling { blocks: &blocks, replicates, seed, fixed: &[] };
+                // Replicates obey the constraints by themselves, and need not lean on the same ones.
+                let (problem, values) = (&self.built.problem, &self.estimate.values);
+                let solution = Solution { problem, values, analysis: &RankAnalysis::new(problem, values)? };
+                let drawn = Bootstrap::new(&solution, &resampling, environment.solver())?;
+                let reported = UncertaintyResult::Bootstrap {
+                    blocks: blocks.count(),
+                    block_poses,
+                    replicates: drawn.replicates,
+                    not_converged: drawn.not_converged,
+                    undetermined: drawn.undetermined,
+                };
+                Ok((drawn.uncertainty, reported))
+            }
+        }
+    }
+
+    /// A loss takes the size of the noise from the residuals by itself, so that nothing needs to be widened.
+    fn noise_uncertainty(
+        &self,
+        session: &Session,
+        misfit: Option<f64>,
+    ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
+        // What nothing tells the size of is not told: `conclusion.rs` says so.
+        let estimated = self.readings.noise_found(session) && self.freedom_of_noise(session).is_none();
+        let robust = self.built.loss != Loss::None;
+        let widened_by = misfit.filter(|_| !robust);
+        let noise_scale = match (widened_by, estimated) {
+            (Some(_), _) => NoiseScale::Relative,
+            (None, true) => NoiseScale::Found,
+            (None, false) => NoiseScale::Stated,
+        };
+        let source = match (session.noise_estimated().contains(&true) || robust, estimated) {
+            (true, _) => NoiseSource::Residuals,
+            (false, true) => NoiseSource::StatedAndUnexplained,
+            (false, false) => NoiseSource::Stated,
+        };
+        let uncertainty = Uncertainty::from_noise(&self.solution(), noise_scale)?;
+        let by_noise = UncertaintyResult::Noise { source, widened_by };
+        let errs = misfit.is_some() || self.readings.unexplained_found(session);
+        if !errs || !self.may_leave_out_poses() {
+            return Ok((uncertainty, by_noise));
+        }
+        let (left_out, jackknife) = match self.jackknife(session, PoseBlocks::Found) {
+            // A loss that forgives most of what contradicts the model leaves no minimum to leave out anything from.
+            Err(EstimateError::Statistics(StatisticsError::NotConvex)) => return Ok((uncertainty, by_noise)),
+            jackknife => jackknife?,
+        };
+        let reported = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
+        Ok((uncertainty.larger_of(left_out), reported))
+    }
+
+    /// Degrees of freedom that are left to tell the noise, where it is to be found from them and they are too few for that.
+    pub(in crate::joint) fn freedom_of_noise(&self, session: &Session) -> Option<usize> {
+        (self.readings.noise_found(session) && self.freedom() < LEAST_FREEDOM).then_some(self.freedom())
+    }
+
+    /// Degrees of freedom from which the noise was found, where no reading states it.
+    pub(in crate::joint) fn freedom_of_found_noise(&self, session: &Session) -> Option<f64> {
+        (self.readings.noise_found(session) && self.freedom() > 0).then_some(self.freedom() as f64)
+    }
+
+    fn freedom(&self) -> usize {
+        self.judged_problem().rows().saturating_sub(self.analysis.rank())
+    }
+
+    /// Whether leaving out poses tells anything: there are enough, and the estimate is that of all of them together.
+    fn may_leave_out_poses(&self) -> bool {
+        let together = self.readings.order == Order::Together;
+        together && self.estimate.termination.converged() && self.built.poses >= FEWEST_POSES
+    }
+
+    /// What the estimate without each of some blocks of poses tells, and what to say of it.
+    pub(in crate::joint) fn jackknife(
+        &self,
+        session: &Session,
+        choice: PoseBlocks,
+    ) -> Result<(Uncertainty, JackknifeResult), EstimateError> {
+        let BlocksOfPoses { blocks, correlation, too_short_for } = self.blocks(session, choice)?;
+        let Jackknife { uncertainty, alone } = Uncertainty::jackknife(&self.solution(), &blocks)?;
+        let lengths = || blocks.iter().map(|block| block.len());
+        let reported = JackknifeResult {
+            correlated_blocks: self.correlated_blocks(session, &blocks)?,
+            blocks: blocks.count(),
+            block_poses: [lengths().min().unwrap_or(0), lengths().max().unwrap_or(0)],
+            correlation,
+            too_short_for,
+            told_by_one_block: self.told_by_one_block(session, &alone),
+        };
+        Ok((uncertainty, reported))
+    }
+
+    /// What was asked for of which single blocks tell more than [`ALONE_SHARE`] of its variance.
+    fn told_by_one_block(&self, session: &Session, alone: &[DeterminedByOneBlock]) -> Vec<String> {
+        let noise = self.analysis.covariance();
+        let share = |column: usize| {
+            let along: f64 = alone.iter().map(|reported| reported.step[column].powi(2)).sum();
+            along > ALONE_SHARE * noise.at(column, column)
+        };
+        let reported = |block: BlockId| self.built.problem.columns_of(block).any(share);
+        let variables = &self.built.variables;
+        let asked = session.parameters().into_iter().filter(|id| session.asks(&session.parameter_name(*id)));
+        let gravity = (session.asks("gravity") && reported(variables.gravity)).then(|| "gravity".to_owned());
+        let parameters = asked.filter(|id| reported(variables.block(*id))).map(|id| session.parameter_name(id));
+        gravity.into_iter().chain(parameters).collect()
+    }
+}

@@ -1,0 +1,86 @@
+//! Axes of a force-torque sensor that are exchanged or point the other way: of its forces and moments alike, as where columns stand in
+//! another order, or the sensor is mounted turned by right angles.
+
+use gravcal_recording::Reading;
+use gravcal_robot_model::session::{AuxiliarySensorKind, Session};
+
+const NAMES: [&str; 3] = ["x", "y", "z"];
+/// The orders of three axes; the first is that of their names.
+const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
+
+/// Which column each axis of a sensor is in, and with which sign.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::joint) struct ExchangedAxes {
+    instrument: usize,
+    order: [usize; 3],
+    signs: [f64; 3],
+}
+
+impl ExchangedAxes {
+    /// All that a session may have got wrong; that all axes point the other way is looked for elsewhere.
+    pub fn all(session: &Session) -> Vec<ExchangedAxes> {
+        let may_be = |index: &usize| {
+            let sensor = &session.instruments[*index];
+            let alike = |units: &[Option<String>]| units.iter().all(|unit| *unit == units[0]);
+            sensor.kind == AuxiliarySensorKind::ForceTorque
+                && !sensor.in_base
+                && sensor.units.len() == 6
+                && sensor.units.chunks(3).all(alike)
+        };
+        let sign = |negative: usize| if negative == 0 { 1.0 } else { -1.0 };
+        let signs = || (0..8).map(|bits| [0, 1, 2].map(|axis| sign(bits >> axis & 1)));
+        let of_sensor = |instrument: usize| {
+            let orders = ORDERS.into_iter().flat_map(move |order| signs().map(move |signs| (order, signs)));
+            let others =
+                orders.filter(|(order, signs)| *order != ORDERS[0] || signs.iter().any(|sign| *sign != signs[0]));
+            others.map(move |(order, signs)| ExchangedAxes { instrument, order, signs })
+        };
+        (0..session.instruments.len()).filter(may_be).flat_map(of_sensor).collect()
+    }
+
+    /// The session as it would be right.
+    pub fn made(self, session: &Session) -> Session {
+        let mut made = session.clone();
+        let first = session.instruments[self.instrument].first_reading;
+        for pose in &mut made.poses {
+            for group in pose.instruments[first..first + 6].chunks_mut(3) {
+                let read: Vec<Option<Reading>> = group.to_vec();
+                for (axis, (from, sign)) in group.iter_mut().zip(self.order.into_iter().zip(self.signs)) {
+                    *axis = read[from].map(|reading| Reading { value: sign * reading.value, ..reading });
+                }
+            }
+        }
+        made
+    }
+
+    /// What is wrong, and what to do about it.
+    pub fn report(self, session: &Session) -> (String, String) {
+        let ExchangedAxes { instrument, order, signs } = self;
+        let name = &session.instruments[instrument].name;
+        let columns = [0, 1, 2].map(|axis| {
+            let sign = if signs[axis] < 0.0 { "-" } else { "" };
+            format!("{sign}{}", NAMES[order[axis]])
+        });
+        let what = format!("exchanged axes of {name}: its x, y, z are in the columns of {}", columns.join(", "));
+        let cure = match (signs == [1.0; 3], self.turn()) {
+            (true, None) => "Exchange these columns of its readings, of forces and of moments.".to_owned(),
+            (true, Some(turn)) => {
+                format!("Exchange these columns of its readings, of forces and of moments; or {turn}.")
+            }
+            (false, Some(turn)) => format!("The sensor is turned against its frame: {turn}."),
+            (false, None) => "Bring its columns, of forces and of moments, into a right-handed frame.".to_owned(),
+        };
+        (what, cure)
+    }
+
+    /// How its mounting is turned besides; `None` where no rotation does that.
+    fn turn(self) -> Option<String> {
+        let mut matrix = nalgebra::Matrix3::zeros();
+        (0..3).for_each(|axis| matrix[(axis, self.order[axis])] = self.signs[axis]);
+        (matrix.determinant() > 0.0).then(|| {
+            let angles = nalgebra::Rotation3::from_matrix_unchecked(matrix).euler_angles();
+            let [roll, pitch, yaw] = [angles.0, angles.1, angles.2].map(|angle| angle.to_degrees().round() + 0.0);
+            format!("say that its mounting is turned by rpy_deg = [{roll}, {pitch}, {yaw}] besides")
+        })
+    }
+}

@@ -1,0 +1,6 @@
+//! What a session may have got wrong: sensors that read the other way, exchanged columns, a load that was lost.
+
+pub(super) mod exchanged_axes;
+pub(super) mod hypotheses;
+pub(super) mod lost_load;
+pub(super) mod reversed;

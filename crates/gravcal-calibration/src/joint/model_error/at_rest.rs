@@ -1,0 +1,218 @@
+//! Friction that is left at rest, to the side from which a joint came: one unknown of each joint.
+//!
+//! ```text
+//!     y_i = k τ_i + b + a_i c + u_i        a_i: 1 where the joint rose to its standstill, −1 where it fell, 0 where nobody knows
+//!     c = f ρ̄,  u_i = f (ρ_i − ρ̄) a_i      ρ: the share of friction f that is left at rest, of mean ρ̄
+//! ```
+//!
+//! `u` is an error of either sign, as `unexplained.rs` finds it. `c` is not: a joint that came to its highest poses from below, as it does
+//! where poses are random, turns `c` into an error of its position gain; one that always rises turns it into a bias. As an unknown it is
+//! told from both where the readings tell it, and widens their intervals where they do not. Its prior is zero give or take
+//! `2 √v`, with `v` the variance of the errors that were found without it: these scatter by `f σ_ρ` at least, and the mean of what is left is
+//! at most about twice its spread. Of joints whose errors noise may explain by chance there is no such unknown.
+//!
+//! Where nobody knows from which side a joint came, as at the beginning of each recording, `c` is an error of either sign of that reading.
+//!
+//! Adding `c`'s effect to the covariance instead would widen intervals and leave errors as large as they were: `c` would not be told.
+
+use std::sync::Arc;
+
+use gravcal_estimation::{Block, BlockId, ProblemBuilder, Residual, Values};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
+use gravcal_robot_model::residuals::Shifted;
+use gravcal_robot_model::session::Session;
+
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::order::Order;
+use crate::joint::solved::Solved;
+use crate::joint::variables::{OfJoints, State, VariableIndex};
+
+/// Fewest standstills of known direction that say so.
+const LEAST: usize = 5;
+/// Mean of what is left at rest, over its spread, at most.
+const LEAN: f64 = 2.0;
+/// Errors vary so many standard deviations by chance.
+const CHANCE: f64 = 3.0;
+/// By what share a standard deviation grows that is worth a remark.
+const REMARKABLE: f64 = 0.5;
+/// Share of its prior's information that readings give of a number whose size they tell.
+const TOLD: f64 = 0.1;
+
+/// A number of one joint as the readings alone tell it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OfReadings {
+    /// Friction in the unit of the torque reading, positive against the motion; rad/(N·m) by which the joint bends.
+    pub size: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+impl MeasurementSet {
+    /// The same with unknowns for what friction leaves at rest; nothing where no joint has any, or the session has them already.
+    pub(in crate::joint) fn with_friction_at_rest(&self, session: &Session) -> Option<MeasurementSet> {
+        if !self.at_rest.is_empty() || self.order != Order::Together {
+            return None;
+        }
+        let estimated = session.terms.with_friction();
+        let has = |joint: &usize| !estimated.contains(joint) && Sides::of(session, *joint).is_some();
+        let std = |joint: usize| match has(&joint) && self.errs_beyond_chance(session, joint) {
+            true => LEAN * self.unexplained[joint].sqrt(),
+            false => 0.0,
+        };
+        let at_rest: Vec<f64> = (0..session.joints.len()).map(std).collect();
+        at_rest.iter().any(|std| *std > 0.0).then(|| MeasurementSet { at_rest, ..self.clone() })
+    }
+
+    /// Whether a channel's errors are larger than chance would make them of noise alone.
+    pub(in crate::joint) fn errs_beyond_chance(&self, session: &Session, channel: usize) -> bool {
+        let poses = (0..session.poses.len()).filter(|pose| self.used[*pose].contains(&channel));
+        let own: Vec<f64> = poses.map(|pose| self.own_std(session, pose, channel).powi(2)).collect();
+        let (count, sum) = (own.len().max(1) as f64, own.iter().sum::<f64>());
+        self.unexplained[channel] > CHANCE * (2.0 / count).sqrt() * sum / count
+    }
+
+    /// Variance of what friction leaves in a reading of which nobody knows from which side its joint came.
+    pub(in crate::joint) fn of_unknown_side(&self, session: &Session, pose: usize, channel: usize) -> f64 {
+        let std = self.at_rest.get(channel).copied().unwrap_or(0.0);
+        if std > 0.0 && side(session, pose, channel) == Some(0.0) { std * std } else { 0.0 }
+    }
+}
+
+/// Adds the unknown of the joints that have one, from where `start` has it.
+pub(in crate::joint) fn add_unknown(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: &State,
+    builder: &mut ProblemBuilder,
+) -> Option<OfJoints> {
+    let block = |joints: &[usize]| {
+        let chain = session.robot.chain.joints();
+        let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
+        let mut block = Block::vector("friction_at_rest", "", &names).linear();
+        block.units = joints.iter().map(|joint| session.channel_unit(*joint)).collect();
+        block
+    };
+    OfJoints::add(block, &readings.at_rest, &start.at_rest, builder)
+}
+
+/// The residual of a pose with the unknown around it.
+pub(in crate::joint) fn around(
+    (session, variables, stored): (&Session, &VariableIndex, &Values),
+    unknown: &OfJoints,
+    pose: usize,
+    inner: Arc<dyn Residual>,
+) -> Arc<dyn Residual> {
+    let bias = |joint: usize| variables.sensors[joint][SensorParameter::TorqueBias as usize];
+    let shifted: Vec<(BlockId, f64)> =
+        unknown.joints.iter().map(|joint| (bias(*joint), side(session, pose, *joint).unwrap_or(0.0))).collect();
+    if shifted.iter().all(|(_, side)| *side == 0.0) {
+        return inner;
+    }
+    Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
+}
+
+impl Solved {
+    /// What is left of a joint's friction, without its prior; nothing where it is no unknown, or the readings do not tell it.
+    pub(crate) fn friction_at_rest(&self, joint: usize) -> Option<OfReadings> {
+        self.without_prior(self.built.variables.at_rest.as_ref()?, joint)
+    }
+
+    /// Whether it is an unknown of this joint.
+    pub(crate) fn has_friction_at_rest(&self, joint: usize) -> bool {
+        self.at_rest(joint).is_some()
+    }
+
+    /// A number of a joint as the readings alone tell it; nothing where it is no unknown, or they do not.
+    pub(in crate::joint) fn without_prior(&self, unknown: &OfJoints, joint: usize) -> Option<OfReadings> {
+        let place = unknown.place(joint)?;
+        let column = self.built.problem.columns_of(unknown.block).nth(place)?;
+        let prior = unknown.std[place].powi(-2);
+        let all = self.covariance().std(column).powi(-2);
+        let own = all - prior;
+        let size = self.estimate.values.get(unknown.block)[place] * all / own;
+        (own > TOLD * prior && size.is_finite()).then(|| OfReadings { size, std: own.sqrt().recip() })
+    }
+
+    /// The unknown of a joint: place in its block, and column.
+    fn at_rest(&self, joint: usize) -> Option<(&OfJoints, usize, usize)> {
+        let at_rest = self.built.variables.at_rest.as_ref()?;
+        let place = at_rest.place(joint)?;
+        let column = self.built.problem.columns_of(at_rest.block).nth(place)?;
+        Some((at_rest, place, column))
+    }
+
+    /// Says which biases hold friction, because their joints came to more of their standstills from one side than chance would have it.
+    pub(in crate::joint) fn biases_that_hold_friction(&self, session: &Session) -> Vec<String> {
+        let joints = 0..session.joints.len();
+        joints.filter_map(|joint| self.bias_that_holds_friction(session, joint)).collect()
+    }
+
+    fn bias_that_holds_friction(&self, session: &Session, joint: usize) -> Option<String> {
+        let (at_rest, place, friction) = self.at_rest(joint)?;
+        let sides = Sides::of(session, joint).filter(|sides| sides.one_sided())?;
+        let bias = self.built.variables.block(ParameterId::Sensor(joint, SensorParameter::TorqueBias));
+        let bias = self.built.problem.columns_of(bias).next()?;
+        let both = self.covariance().of(&[vec![(bias, 1.0)], vec![(friction, 1.0)]]);
+        // What the bias would be known to if friction were known.
+        let alone = both[0] - both[1] * both[2] / both[3];
+        (both[0] > (1.0 + REMARKABLE).powi(2) * alone).then(|| {
+            let name = &session.robot.chain.joints()[joint].name;
+            format!(
+                "{name} was approached from one side in {:.0} % of its standstills, and its readings scatter beyond their noise: {} cannot be \
+                 separated from static friction, and its interval includes that (± {:.2e} {}). Approach the same poses from both sides.",
+                100.0 * sides.larger_share(),
+                SensorParameter::TorqueBias.name(name),
+                at_rest.std[place],
+                session.channel_unit(joint)
+            )
+        })
+    }
+}
+
+/// From which side a joint came to a standstill that was found in a recording: 0 where nobody knows, nothing of any other pose.
+fn side(session: &Session, pose: usize, joint: usize) -> Option<f64> {
+    let pose = &session.poses[pose];
+    let side = pose.conditions.direction.get(joint)?;
+    let stands = pose.sweep_label.is_none() && pose.torque[joint].is_some();
+    stands.then(|| if *side == 0.0 { 0.0 } else { side.signum() })
+}
+
+/// From which sides a joint came.
+#[derive(Clone, Copy, Debug)]
+struct Sides {
+    rising: usize,
+    all: usize,
+}
+
+impl Sides {
+    /// Of the standstills of recordings; of tables nothing is known.
+    fn of(session: &Session, joint: usize) -> Option<Sides> {
+        if !session.searched.iter().any(|searched| searched.standstills.is_some()) {
+            return None;
+        }
+        let sides = (0..session.poses.len()).filter_map(|pose| side(session, pose, joint)).filter(|side| *side != 0.0);
+        let (rising, all) = sides.fold((0, 0), |(rising, all), side| (rising + usize::from(side > 0.0), all + 1));
+        (all >= LEAST).then_some(Sides { rising, all })
+    }
+
+    fn larger_share(self) -> f64 {
+        self.rising.max(self.all - self.rising) as f64 / self.all as f64
+    }
+
+    /// Whether chance would not have it so.
+    fn one_sided(self) -> bool {
+        (2.0 * self.larger_share() - 1.0).powi(2) > 4.0 / self.all as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chance_makes_no_joint_one_sided() {
+        let one_sided = |rising, all| Sides { rising, all }.one_sided();
+        assert!(!one_sided(10, 20) && !one_sided(13, 20) && one_sided(16, 20) && one_sided(4, 20));
+        assert!(one_sided(9, 9) && one_sided(0, 9) && one_sided(260, 400) && !one_sided(210, 400));
+    }
+}

@@ -1,0 +1,178 @@
+//! Joints that bend under the torque that they carry, which position sensors on the motors' side do not see: one unknown of each joint.
+//!
+//! ```text
+//!     θ_j = s_j q_j + o_j + c_j τ_j        τ_j: the torque that the model gives the joint
+//! ```
+//!
+//! What bends a joint most goes with its angle, and passes for a position gain. Only the rest shows in residuals, and what friction leaves at
+//! rest hides it. A compliance of two of its own standard deviations, which no test names, shifts that gain by three or four of its. So where
+//! errors beyond the noise show that friction may hide it, it is an unknown; the gain's interval widens to what is known of it then.
+//!
+//! Its prior is zero give or take what bends the joint by [`DEFLECTION`] under the spread of its torque, as gears are built for what
+//! they carry. A session that declares compliances, or that there are none, has none of these unknowns, nor has one whose instruments
+//! would move with what bends.
+//!
+//! `τ_j` is a constant of each fit: first that of the fit without them, then that of the one before, until joints bend by what they did before.
+
+use std::sync::Arc;
+
+use gravcal_dynamics::JointKind;
+use gravcal_estimation::{Block, BlockId, EvaluateError, ProblemBuilder, Residual, Values};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
+use gravcal_robot_model::residuals::Shifted;
+use gravcal_robot_model::session::{ReadingId, Session};
+use gravcal_robot_model::sweeps::sweeping;
+
+use crate::joint::measurement_set::{Bending, MeasurementSet};
+use crate::joint::model_error::at_rest::OfReadings;
+use crate::joint::model_error::unexplained_size::spread;
+use crate::joint::order::Order;
+use crate::joint::solved::Solved;
+use crate::joint::variables::{OfJoints, State, VariableIndex};
+
+/// By how much the torques that a joint carries bend it, one standard deviation, rad: arms with harmonic drives bend by some milliradians.
+const DEFLECTION: f64 = 5e-3;
+/// Share of the largest spread of any joint's torque with which each is credited at least: gears are no softer than that.
+const LEAST_SHARE: f64 = 0.1;
+/// Joints that bend otherwise by less than this change no torque by as much as it is known, rad.
+const SETTLED: f64 = 1e-5;
+/// By what share a standard deviation grows that is worth a remark.
+const REMARKABLE: f64 = 0.5;
+
+impl Bending {
+    /// Of standstills whose errors show that friction may hide it; nothing where the session knows about it.
+    pub(in crate::joint) fn of(session: &Session, solved: &Solved) -> Result<Option<Bending>, EvaluateError> {
+        let readings = &solved.readings;
+        let errs = (0..session.joints.len()).any(|joint| readings.errs_beyond_chance(session, joint));
+        let looked_for = readings.bending.is_none() && readings.order == Order::Together;
+        if !errs || !looked_for || !may_bend(session) {
+            return Ok(None);
+        }
+        let torques = solved.standing_torques(session)?;
+        let of_joint = |joint: usize| spread(&torques.iter().map(|pose| pose[joint]).collect::<Vec<_>>());
+        let spreads: Vec<f64> = (0..session.joints.len()).map(of_joint).collect();
+        let largest = spreads.iter().copied().fold(0.0, f64::max);
+        let turns = |joint: usize| session.robot.chain.joints()[joint].kind != JointKind::Prismatic;
+        let std = |(joint, spread): (usize, &f64)| match turns(joint) && *spread > 0.0 {
+            true => DEFLECTION / spread.max(LEAST_SHARE * largest),
+            false => 0.0,
+        };
+        Ok(Some(Bending { std: spreads.iter().enumerate().map(std).collect(), torques }))
+    }
+
+    /// The residual of a pose with the unknown around it.
+    pub(in crate::joint) fn around(
+        &self,
+        (variables, stored): (&VariableIndex, &Values),
+        unknown: &OfJoints,
+        pose: usize,
+        inner: Arc<dyn Residual>,
+    ) -> Arc<dyn Residual> {
+        let offset = |joint: usize| variables.sensors[joint][SensorParameter::PositionOffset as usize];
+        let shifted: Vec<(BlockId, f64)> =
+            unknown.joints.iter().map(|joint| (offset(*joint), self.torques[pose][*joint])).collect();
+        Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
+    }
+}
+
+/// Whether joints stood, and nothing says how stiff they are.
+fn may_bend(session: &Session) -> bool {
+    let deflection = &session.deflection;
+    session.searched.iter().any(|searched| searched.standstills.is_some())
+        && session.searched.iter().all(|searched| searched.sweeps.is_none() && searched.windows.is_none())
+        && !(deflection.stiff || deflection.hold_std.is_some() || deflection.pose_std.is_some())
+        && session.compliances().is_empty()
+        && session.instruments.is_empty()
+        && session.residuals.is_empty()
+}
+
+/// Adds the unknown of the joints that may bend, from where `start` has it.
+pub(in crate::joint) fn add_unknown(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: &State,
+    builder: &mut ProblemBuilder,
+) -> Option<OfJoints> {
+    let block = |joints: &[usize]| {
+        let chain = session.robot.chain.joints();
+        let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
+        Block::vector("bending", "rad/(N·m)", &names)
+    };
+    OfJoints::add(block, &readings.bending.as_ref()?.std, &start.bending, builder)
+}
+
+impl Solved {
+    /// The torque that the model gives a joint that stands, N·m, by pose and joint; zero where it moves, or is not read.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated.
+    pub(crate) fn standing_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        let sweeping = sweeping(session);
+        let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
+        for (ReadingId { pose, channel }, reading) in self.built.rows.iter().zip(self.gravity_readings(session)?) {
+            if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
+                let gain = self.built.variables.sensors[*channel][SensorParameter::TorqueGain as usize];
+                torques[*pose][*channel] = reading / self.estimate.values.scalar(gain);
+            }
+        }
+        Ok(torques)
+    }
+
+    /// Its readings with the torques that bend joints as it has them; nothing where joints bend by what it says already.
+    pub(in crate::joint) fn bent_anew(&self, session: &Session) -> Result<Option<MeasurementSet>, EvaluateError> {
+        let (Some(bending), Some(unknown)) = (&self.readings.bending, &self.built.variables.bending) else {
+            return Ok(None);
+        };
+        if !self.estimate.termination.converged() {
+            return Ok(None);
+        }
+        let (torques, found) = (self.standing_torques(session)?, self.estimate.values.get(unknown.block));
+        let moves = |(new, old): (&Vec<f64>, &Vec<f64>)| {
+            let of_joint = |(joint, compliance): (&usize, &f64)| (compliance * (new[*joint] - old[*joint])).abs();
+            unknown.joints.iter().zip(found).map(of_joint).fold(0.0, f64::max)
+        };
+        let largest = torques.iter().zip(&bending.torques).map(moves).fold(0.0, f64::max);
+        let anew = || MeasurementSet {
+            bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })),
+            ..self.readings.clone()
+        };
+        Ok((largest > SETTLED).then(anew))
+    }
+
+    /// How far a joint bends, without its prior; nothing where that is no unknown, or the readings do not tell it.
+    pub(crate) fn bending(&self, joint: usize) -> Option<OfReadings> {
+        self.without_prior(self.built.variables.bending.as_ref()?, joint)
+    }
+
+    /// Whether how far it bends is an unknown of this joint.
+    pub(crate) fn has_bending(&self, joint: usize) -> bool {
+        self.built.variables.bending.as_ref().is_some_and(|bending| bending.place(joint).is_some())
+    }
+
+    /// Says which position gains are known less well because joints may bend.
+    pub(in crate::joint) fn gains_that_hold_bending(&self, session: &Session) -> Option<String> {
+        let bending = self.built.variables.bending.as_ref()?;
+        let widened: Vec<(String, f64)> =
+            bending.joints.iter().filter_map(|joint| self.widened_by_bending(session, bending, *joint)).collect();
+        let most = widened.iter().map(|(_, times)| *times).reduce(f64::max)?;
+        let names: Vec<&str> = widened.iter().map(|(name, _)| name.as_str()).collect();
+        Some(format!(
+            "Joints may bend under their torque, which position sensors on the motors' side do not see, and friction hides how much: the \
+             intervals of {} include it, and are up to {most:.1} times as wide as for stiff joints. If the position sensors sit \
+             behind the gears, say so ([deflection] compliance_std_rad_per_newton_metre = 0); else hold these joints at the same angles \
+             under other torques: with a heavier load, or with the joints beyond them elsewhere.",
+            names.join(", ")
+        ))
+    }
+
+    /// Name of a position gain, and how many times its standard deviation is that of a stiff joint, where that is worth a word.
+    fn widened_by_bending(&self, session: &Session, bending: &OfJoints, joint: usize) -> Option<(String, f64)> {
+        let gain = ParameterId::Sensor(joint, SensorParameter::PositionGain);
+        let column = self.built.problem.columns_of(self.built.variables.block(gain)).next()?;
+        let own = self.built.problem.columns_of(bending.block).nth(bending.place(joint)?)?;
+        let both = self.covariance().of(&[vec![(column, 1.0)], vec![(own, 1.0)]]);
+        let stiff = both[0] - both[1] * both[2] / both[3];
+        let times = (both[0] / stiff).sqrt();
+        (times > 1.0 + REMARKABLE && times.is_finite()).then(|| (session.parameter_name(gain), times))
+    }
+}

@@ -1,0 +1,9 @@
+//! What the model does not say of the readings, beside their noise.
+
+pub(super) mod at_rest;
+pub(super) mod bending;
+pub(super) mod block_correlation;
+pub(super) mod contradicted_priors;
+pub(super) mod large_errors;
+pub(super) mod unexplained;
+pub(super) mod unexplained_size;

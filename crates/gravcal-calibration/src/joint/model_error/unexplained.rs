@@ -1,0 +1,111 @@
+//! Errors of readings that their noise does not explain, one variance for each channel ([`gravcal_identification::variance_beyond_noise`]).
+//!
+//! It is found with residuals and leverages as they are, the fit is repeated with the new weights, and so on (`solve_from.rs`), until both
+//! stand. Where residuals are no larger than the noise makes them, it is zero and everything is as if there were none.
+
+use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_identification::{ErrorRow, variance_beyond_noise, variance_beyond_noise_by_median};
+use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
+
+use crate::joint::measurement_set::{MeasurementSet, first_noise, stated};
+use crate::joint::solved::Solved;
+
+impl MeasurementSet {
+    /// The same with unexplained errors of channels where they are estimated, as large as a first guess of noise.
+    pub(in crate::joint) fn with_rough_unexplained(&self, session: &Session) -> MeasurementSet {
+        let rough = first_noise(session, &self.spreads);
+        let errors = session.unexplained_errors();
+        let variance = |(error, (rough, old)): (&UnexplainedError, (&f64, &f64))| match error {
+            UnexplainedError::Estimated => rough * rough,
+            _ => *old,
+        };
+        let unexplained = errors.iter().zip(rough.iter().zip(&self.unexplained)).map(variance).collect();
+        MeasurementSet { unexplained, ..self.clone() }
+    }
+
+    /// The same as if no errors were estimated, and none were smaller than a first guess of noise: what was estimated with a mistake
+    /// in the session excuses the mistake.
+    pub(in crate::joint) fn unexcused(&self, session: &Session) -> MeasurementSet {
+        let found = self.unexplained_found(session);
+        let readings = MeasurementSet { noise: first_noise(session, &self.spreads), ..self.clone() };
+        if !found {
+            return readings;
+        }
+        MeasurementSet { unexplained: stated(session), ..readings }.roughly(session)
+    }
+
+    /// Whether errors that the noise does not explain were found in any channel.
+    pub(crate) fn unexplained_found(&self, session: &Session) -> bool {
+        let errors = session.unexplained_errors();
+        errors.iter().zip(&self.unexplained).any(|(error, v)| *error == UnexplainedError::Estimated && *v > 0.0)
+    }
+
+    /// The same of one channel.
+    pub(crate) fn unexplained_found_of(&self, session: &Session, channel: usize) -> bool {
+        self.unexplained[channel] > 0.0 && session.unexplained_errors()[channel] == UnexplainedError::Estimated
+    }
+
+    /// By how much the variance of a channel's residuals exceeds that of its readings' noise, where such errors are estimated; nothing
+    /// where it does not.
+    pub(crate) fn beyond_noise(&self, session: &Session, channel: usize, residual_std: f64) -> Option<f64> {
+        if session.unexplained_errors()[channel] != UnexplainedError::Estimated {
+            return None;
+        }
+        let read = (0..session.poses.len()).filter(|pose| session.reading(*pose, channel).is_some());
+        let own: Vec<f64> = read.map(|pose| self.own_std(session, pose, channel).powi(2)).collect();
+        let beyond = residual_std * residual_std - own.iter().sum::<f64>() / own.len().max(1) as f64;
+        (beyond > 0.0).then_some(beyond)
+    }
+
+    /// Whether the size of any errors comes from the residuals.
+    pub(crate) fn noise_found(&self, session: &Session) -> bool {
+        session.noise_estimated().contains(&true) || self.unexplained_found(session)
+    }
+}
+
+impl Solved {
+    /// Variance of the unexplained errors of each channel: by these residuals where it is estimated, else as it is.
+    pub(in crate::joint) fn unexplained(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let errors = session.unexplained_errors();
+        if !errors.contains(&UnexplainedError::Estimated) {
+            return Ok(self.readings.unexplained.clone());
+        }
+        let rows = self.unexplained_rows(session)?;
+        let variance =
+            |((rows, error), old): ((&Vec<ErrorRow>, UnexplainedError), &f64)| match (error, self.readings.loss) {
+                (UnexplainedError::Estimated, Loss::None) => variance_beyond_noise(rows),
+                (UnexplainedError::Estimated, _) => variance_beyond_noise_by_median(rows),
+                _ => *old,
+            };
+        Ok(rows.iter().zip(errors).zip(&self.readings.unexplained).map(variance).collect())
+    }
+
+    /// The readings of each channel.
+    fn unexplained_rows(&self, session: &Session) -> Result<Vec<Vec<ErrorRow>>, EvaluateError> {
+        let mut rows = vec![Vec::new(); session.channel_count()];
+        for (ReadingId { pose, channel }, row) in self.built.rows.iter().zip(self.row_residuals()?) {
+            let residual = row.whitened * self.readings.std(session, *pose, *channel);
+            let noise = self.readings.own_std(session, *pose, *channel).powi(2)
+                + self.readings.of_unknown_side(session, *pose, *channel);
+            rows[*channel].push(ErrorRow {
+                noise,
+                squared: residual * residual,
+                freedom: (1.0 - row.leverage).max(0.0),
+            });
+        }
+        Ok(rows)
+    }
+
+    /// Whether unexplained errors of these variances are those of the solution but for a share of each channel's error.
+    pub(in crate::joint) fn stands_with(&self, session: &Session, unexplained: &[f64], tolerance: f64) -> bool {
+        let mut own = vec![(0.0, 0.0); session.channel_count()];
+        for ReadingId { pose, channel } in &self.built.rows {
+            let noise = self.readings.own_std(session, *pose, *channel).powi(2);
+            own[*channel] = (own[*channel].0 + noise, own[*channel].1 + 1.0);
+        }
+        let stands = |((new, old), (noise, count)): ((&f64, &f64), (f64, f64))| {
+            (new - old).abs() <= 2.0 * tolerance * (noise / f64::max(count, 1.0) + old)
+        };
+        unexplained.iter().zip(&self.readings.unexplained).zip(own).all(stands)
+    }
+}

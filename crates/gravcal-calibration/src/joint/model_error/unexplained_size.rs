@@ -1,0 +1,118 @@
+//! How large unexplained errors are, beside the noise and beside what gravity makes a sensor read.
+//!
+//! Beside the noise of means they may be a hundred times as large, and all is well: the longer a dwell, the less noise has its mean. What
+//! they spoil is told by their size beside gravity's torque on the joint itself (standard deviation over the poses). A joint that carries
+//! next to nothing spoils nothing: it is held against a tenth of what the joint of its kind carries that carries most.
+
+use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
+use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
+
+use crate::joint::solved::Solved;
+use crate::result::UnexplainedResult;
+
+/// Share of what the like channel reads of gravity that reads most of it: no channel is held against less.
+const LEAST_SHARE: f64 = 0.1;
+
+impl Solved {
+    /// Of each channel where the session has such errors.
+    pub(crate) fn unexplained_sizes(&self, session: &Session) -> Result<Vec<Option<UnexplainedResult>>, EvaluateError> {
+        let errors = session.unexplained_errors();
+        if errors.iter().all(|error| *error == UnexplainedError::Absent) {
+            return Ok(vec![None; errors.len()]);
+        }
+        let (gravity, noise) = (self.gravity_std(session)?, self.noise_by_channel(session));
+        let references = references(session, &gravity);
+        let size = |(channel, error): (usize, &UnexplainedError)| {
+            let noise = noise[channel].filter(|_| *error != UnexplainedError::Absent)?;
+            let std = self.readings.unexplained[channel].sqrt();
+            let reference = references[channel];
+            Some(UnexplainedResult {
+                std,
+                estimated: *error == UnexplainedError::Estimated,
+                times_noise: std / noise,
+                gravity_std: gravity[channel],
+                share_of_gravity: (reference > 0.0).then(|| std / reference),
+            })
+        };
+        Ok(errors.iter().enumerate().map(size).collect())
+    }
+
+    /// Noise that was found in each channel whose readings state none: its standard deviation, unit of the reading, and its share of what
+    /// gravity makes the channel read.
+    pub(in crate::joint) fn noise_beside_gravity(
+        &self,
+        session: &Session,
+    ) -> Result<Vec<Option<(f64, f64)>>, EvaluateError> {
+        let (noise, found) = (self.noise_by_channel(session), session.noise_estimated());
+        let references = references(session, &self.gravity_std(session)?);
+        let of_channel = |channel: usize| {
+            let (std, reference) = (noise[channel].filter(|_| found[channel])?, references[channel]);
+            (reference > 0.0).then(|| (std, std / reference))
+        };
+        Ok((0..session.channel_count()).map(of_channel).collect())
+    }
+
+    /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading.
+    fn gravity_std(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let mut read = vec![Vec::new(); session.channel_count()];
+        for (ReadingId { channel, .. }, reading) in self.built.rows.iter().zip(self.gravity_readings(session)?) {
+            read[*channel].push(reading);
+        }
+        Ok(read.iter().map(|read| spread(read)).collect())
+    }
+
+    /// What gravity makes a sensor read, by row, unit of the reading: what is left of the model's predictions when those of sensors without
+    /// gain are subtracted.
+    pub(crate) fn gravity_readings(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let (problem, values) = (&self.built.problem, &self.estimate.values);
+        let mut without = values.clone();
+        let joints = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, SensorParameter::TorqueGain));
+        let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
+        for id in joints.chain(instruments.map(ParameterId::Further)) {
+            without.set(self.built.variables.block(id), &[0.0]);
+        }
+        let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
+        let reading = |(ReadingId { pose, channel }, (with, without)): (&ReadingId, (&f64, &f64))| {
+            (with - without) * self.readings.std(session, *pose, *channel)
+        };
+        Ok(self.built.rows.iter().zip(with.iter().zip(&without)).map(reading).collect())
+    }
+
+    /// Root mean square of the readings' own noise, by channel; nothing where nothing is read.
+    fn noise_by_channel(&self, session: &Session) -> Vec<Option<f64>> {
+        let mut squares = vec![Vec::new(); session.channel_count()];
+        for ReadingId { pose, channel } in &self.built.rows {
+            squares[*channel].push(self.readings.own_std(session, *pose, *channel).powi(2));
+        }
+        let mean = |squares: &Vec<f64>| squares.iter().sum::<f64>() / squares.len() as f64;
+        squares.iter().map(|own| (!own.is_empty()).then(|| mean(own).sqrt())).collect()
+    }
+}
+
+/// What the errors of each channel are held against: what gravity makes it read, or a share of what it makes the like channel read.
+fn references(session: &Session, gravity: &[f64]) -> Vec<f64> {
+    let of_channel = |channel: usize| gravity[channel].max(LEAST_SHARE * most_alike(session, gravity, channel));
+    (0..gravity.len()).map(of_channel).collect()
+}
+
+/// The largest of channels of the same kind, in the unit of this one.
+fn most_alike(session: &Session, gravity: &[f64], channel: usize) -> f64 {
+    let Some((instrument, axis)) = session.axis(channel) else {
+        let joints = session.robot.chain.joints();
+        let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
+        let alike = (0..joints.len()).filter(|joint| joints[*joint].kind == joints[channel].kind);
+        return alike.map(|joint| gravity[joint] / gain(joint)).fold(0.0, f64::max) * gain(channel);
+    };
+    let alike = (0..gravity.len()).filter(|other| {
+        session.axis(*other).is_some_and(|(owner, other)| owner == instrument && other / 3 == axis / 3)
+    });
+    alike.map(|other| gravity[other]).fold(0.0, f64::max)
+}
+
+/// Standard deviation; 0 of none.
+pub(in crate::joint) fn spread(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
+}

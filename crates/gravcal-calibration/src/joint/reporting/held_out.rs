@@ -1,0 +1,186 @@
+//! Poses that a fit did not see, and how well it predicts them.
+//!
+//! Consecutive poses share what the model leaves out: friction of one approach, a deflection, a drift. One pose between two that are
+//! fitted is therefore hardly a prediction. So a stretch of consecutive poses is held out of a second fit, a tenth in the middle of each
+//! sweep, and of what else is in a table; or the session names tables that enter no fit at all.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use gravcal_identification::SolveEnvironment;
+use gravcal_recording::file_name;
+use gravcal_robot_model::session::Session;
+use gravcal_robot_model::sweeps::find_sweeps;
+
+use crate::joint::building::build::{build_problem, build_with_constraints};
+use crate::joint::error::EstimateError;
+use crate::joint::measurement_set::{Bending, MeasurementSet};
+use crate::joint::problem::JointProblem;
+use crate::joint::reporting::smaller_models::smaller_models;
+use crate::joint::solved::Solved;
+use crate::joint::solving::fit::fit;
+use crate::joint::variables::State;
+use crate::judgement::{self, held_out};
+use crate::result::{Fit, HeldOut};
+
+/// One pose in so many is held out.
+const SHARE: usize = 10;
+/// Of fewer consecutive poses none is.
+const LEAST: usize = SHARE / 2;
+
+/// Tells the fit, with the prediction of poses that were not seen: by itself those of `[[validation]]`, else by a second fit a tenth of
+/// the poses, which that does not see.
+///
+/// Where the second fit does not converge, nothing is predicted.
+pub(crate) fn fit_with_held_out(
+    session: &Session,
+    solved: &Solved,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Fit, EstimateError> {
+    let whitened = solved.built.problem.residuals(&solved.estimate.values)?;
+    let mut reported = judgement::fit(session, solved, &whitened)?;
+    if environment.stopped() {
+        reported.held_out_missing = Some("stopped".to_owned());
+        return Ok(reported);
+    }
+    environment.report("predicting held-out poses");
+    match session.validation.is_empty() {
+        false => {
+            let found = solved.state(&State::nominal(session));
+            reported.held_out = of_validation(session, &solved.readings, found)?;
+        }
+        true => match seen_by_second_fit(session, solved, environment)? {
+            Second::Predicted(held_out) => reported.held_out = held_out,
+            Second::Missing(why) => reported.held_out_missing = Some(why),
+        },
+    }
+    if session.has_windows() && reported.held_out.is_some() {
+        reported.smaller_models = smaller_models(session, solved, environment)?;
+    }
+    Ok(reported)
+}
+
+/// How well what was found predicts the tables that enter no fit. `fitted`: the readings that it was found from.
+pub(in crate::joint) fn of_validation(
+    session: &Session,
+    fitted: &MeasurementSet,
+    found: State,
+) -> Result<Option<HeldOut>, EstimateError> {
+    let unseen =
+        Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
+    let MeasurementSet { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
+    let readings =
+        MeasurementSet { spreads, noise, unexplained, at_rest, ..MeasurementSet::select(&unseen, |_, _| true) };
+    // Joints that stand in other sweeps deflect otherwise.
+    let prediction = State { deflections: Vec::new(), ..found };
+    let readings = bending_as(fitted, readings, &unseen, &prediction)?;
+    let predicted = predict(&unseen, &readings, &prediction)?;
+    let tables: BTreeSet<usize> = unseen.poses.iter().map(|pose| pose.table).collect();
+    let files = tables.into_iter().map(|table| file_name(&session.tables[table].path)).collect();
+    Ok(predicted.map(|held_out| HeldOut { files, ..held_out }))
+}
+
+/// Readings of other poses of the arm, in which its joints bend under what these numbers predict.
+fn bending_as(
+    fitted: &MeasurementSet,
+    readings: MeasurementSet,
+    unseen: &Session,
+    found: &State,
+) -> Result<MeasurementSet, EstimateError> {
+    let Some(bending) = &fitted.bending else { return Ok(readings) };
+    let Ok(built) = build_problem(unseen, &readings, found) else { return Ok(readings) };
+    let torques = Solved::at_start(readings.clone(), built)?.standing_torques(unseen)?;
+    Ok(MeasurementSet { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
+}
+
+/// What came of the second fit.
+enum Second {
+    Predicted(Option<HeldOut>),
+    Missing(String),
+}
+
+fn seen_by_second_fit(
+    session: &Session,
+    solved: &Solved,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Second, EstimateError> {
+    let stretches = stretches(session, &solved.readings);
+    let part = |held: bool| solved.readings.only(|pose, _| stretches.contains(&pose) == held);
+    let start = solved.state(&State::nominal(session));
+    let readings = part(false);
+    let Ok(seen) = build_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
+    let seen = fixed_alike(solved, seen)?;
+    let (seen, estimate) = fit(&seen, &readings, environment)?;
+    if !estimate.termination.converged() {
+        return Ok(Second::Missing(estimate.termination.to_string()));
+    }
+    let prediction = seen.variables.state(&estimate.values, &start);
+    Ok(Second::Predicted(predict(session, &part(true), &prediction)?))
+}
+
+/// What the first fit held, by the sequential steps say, the second holds too.
+pub(in crate::joint) fn fixed_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, EstimateError> {
+    let first = &solved.built.problem;
+    let is_fixed = |name: &str| first.find(name).is_some_and(|same| first.block(same).fixed.is_some());
+    let also: Vec<_> = seen.problem.block_ids().filter(|id| is_fixed(&seen.problem.block(*id).name)).collect();
+    let mut seen = seen.with_loss(solved.built.loss)?;
+    seen.problem = seen.problem.with_fixed(&also, "held in the first fit");
+    Ok(seen)
+}
+
+pub(in crate::joint) fn predict(
+    session: &Session,
+    readings: &MeasurementSet,
+    found: &State,
+) -> Result<Option<HeldOut>, EstimateError> {
+    let Ok(built) = build_problem(session, readings, found) else { return Ok(None) };
+    let whitened = built.problem.residuals(&built.initial)?;
+    Ok(Some(held_out(session, readings, &built.rows, &whitened)))
+}
+
+/// The poses that are held out: a tenth in the middle of each sweep, and of the other poses of each table; where tables are too small for
+/// that, of consecutive poses with the same load.
+pub(in crate::joint) fn stretches(session: &Session, readings: &MeasurementSet) -> BTreeSet<usize> {
+    let entering: Vec<usize> = (0..readings.used.len()).filter(|pose| !readings.used[*pose].is_empty()).collect();
+    let mut sweep = vec![None; session.poses.len()];
+    for (index, found) in find_sweeps(session).iter().enumerate() {
+        found.poses.iter().for_each(|pose| sweep[*pose] = Some(index));
+    }
+    let of = |pose: &usize| &session.poses[*pose];
+    let of_tables = middles(entering.chunk_by(|a, b| of(a).table == of(b).table && sweep[*a] == sweep[*b]));
+    match of_tables.is_empty() {
+        false => of_tables,
+        true => middles(entering.chunk_by(|a, b| of(a).load == of(b).load)),
+    }
+}
+
+fn middles<'p>(groups: impl Iterator<Item = &'p [usize]>) -> BTreeSet<usize> {
+    let middle = |group: &'p [usize]| {
+        let count = if group.len() < LEAST { 0 } else { (group.len() + SHARE / 2) / SHARE };
+        let first = (group.len() - count) / 2;
+        &group[first..first + count]
+    };
+    groups.flat_map(middle).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_a_group_is_one_stretch_of_a_tenth() {
+        let of = |sizes: &[usize]| {
+            let poses: Vec<usize> = (0..sizes.iter().sum()).collect();
+            let mut rest = poses.as_slice();
+            let groups = sizes.iter().map(|size| {
+                let (group, others) = rest.split_at(*size);
+                rest = others;
+                group
+            });
+            middles(groups).into_iter().collect::<Vec<_>>()
+        };
+        assert_eq!(of(&[40]), [18, 19, 20, 21]);
+        assert_eq!(of(&[4, 5, 15]), [6, 15, 16]);
+        assert_eq!(of(&[4, 4]), [0_usize; 0]);
+    }
+}

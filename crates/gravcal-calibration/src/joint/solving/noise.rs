@@ -1,0 +1,61 @@
+//! Noise of the sensors where no reading states it: from the residuals of their channels.
+
+use gravcal_estimation::EvaluateError;
+use gravcal_identification::{ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals};
+use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
+
+use crate::joint::measurement_set::first_noise;
+use crate::joint::solved::Solved;
+
+impl Solved {
+    /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.
+    pub(in crate::joint) fn residual_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let estimated = session.noise_estimated();
+        let joints = session.joints.len();
+        let alike: Vec<bool> =
+            (0..session.channel_count()).map(|channel| channel < joints && estimated[channel]).collect();
+        Ok(self.or_as_before(noise_by_squares(&self.reading_residuals(session)?, &alike)))
+    }
+
+    /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
+    pub(in crate::joint) fn median_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        Ok(self.or_as_before(noise_by_median(&self.reading_residuals(session)?, self.readings.noise.len())))
+    }
+
+    fn or_as_before(&self, found: Vec<Option<f64>>) -> Vec<f64> {
+        found.into_iter().zip(&self.readings.noise).map(|(found, old)| found.unwrap_or(*old)).collect()
+    }
+
+    /// Those of the readings, in the order of the rows.
+    pub(in crate::joint) fn row_residuals(&self) -> Result<Vec<RowResidual>, EvaluateError> {
+        row_residuals(&self.built.problem, &self.estimate.values, &self.analysis, self.built.rows.len())
+    }
+
+    fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
+        let rows = self.built.rows.iter().zip(self.row_residuals()?);
+        let of = |(ReadingId { pose, channel }, row): (&ReadingId, RowResidual)| {
+            let std = self.readings.std(session, *pose, *channel);
+            ReadingResidual { channel: *channel, std, row }
+        };
+        Ok(rows.map(of).collect())
+    }
+
+    /// Residuals of the torque readings in standard deviations, as large as they would be had the fit not followed
+    /// them: one a row.
+    pub(crate) fn freed_residuals(&self) -> Result<Vec<f64>, EvaluateError> {
+        Ok(self.row_residuals()?.into_iter().map(RowResidual::freed).collect())
+    }
+
+    /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with
+    /// these readings share: a fit that took up most of its readings explains the rest by chance.
+    pub(in crate::joint) fn minus_log_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
+        let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
+        let found: Vec<bool> = errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise).collect();
+        let unit = first_noise(session, &self.readings.spreads);
+        let size = |ReadingResidual { channel, std, row }: ReadingResidual| match found[channel] {
+            true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
+            false => 0.0,
+        };
+        Ok(self.estimate.cost + self.reading_residuals(session)?.into_iter().map(size).sum::<f64>())
+    }
+}

@@ -1,0 +1,176 @@
+//! Solving the joint problem: from the start that is likeliest to lead to the answer, and from others where that is doubtful.
+
+use gravcal_estimation::{EvaluateError, Termination};
+use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, Place, SolveEnvironment};
+use gravcal_robot_model::session::Session;
+
+use crate::joint::ends::displaced::{gains_disagree, otherwise_displaced};
+use crate::joint::ends::symmetries::{in_hemisphere, not_as_declared, settled, turned_gains};
+use crate::joint::error::EstimateError;
+use crate::joint::judging::judged::mostly_open;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::order::Order;
+use crate::joint::solved::Solved;
+use crate::joint::solving::solve_from::solve_from;
+use crate::joint::starting::sample::{Sample, thinned};
+use crate::joint::starting::start::{best_start, further_starts, start_around};
+use crate::joint::variables::State;
+use crate::judgement::explained;
+
+/// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
+const TELLING: usize = 1000;
+
+/// Where most is open, fits have valleys beside the true one that explain the readings all but as well: there other starts are tried where residuals
+/// as large have less than this probability.
+const UNLIKELY: f64 = 0.1;
+/// Starts at most that each of the method's companions follows but for the first.
+const LAST_RESORT: usize = 3;
+
+/// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
+/// reading states is estimated from the residuals of each joint; the readings' loss is heeded.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a [`gravcal_estimation::Termination`].
+pub fn solve(
+    session: &Session,
+    readings: &MeasurementSet,
+    known: Option<&State>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    environment.report("starting values");
+    let sample = Sample::new(session, readings)?;
+    let start = match (&readings.order, known) {
+        (Order::Together, _) => best_start(session, &sample, known, environment)?,
+        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
+        // What fewer readings show need not be so for all.
+        _ => best_start(session, &Sample::new(session, &readings.first())?, known, environment)?,
+    };
+    let solved = solve_from(session, readings, start, environment)?;
+    let sample = sample.with_noise_of(session, &solved.readings)?;
+    let solved = settled(session, solved, &sample, environment)?;
+    let stopped = solved.estimate.termination == Termination::Stopped;
+    let noise_is_found = solved.readings.noise_found(session) && readings.order == Order::Together;
+    let of_displacement = readings.order == Order::Together && gains_disagree(session, &solved);
+    let doubtful = noise_is_found
+        || of_displacement
+        || !solved.estimate.termination.converged()
+        || solved.misfit(session)?.is_some()
+        || solved.is_hardly_explained(session)? && mostly_open(session, &solved.judge(session));
+    if doubtful && !stopped {
+        let readings = &readings.with_rough_unexplained(session);
+        return lowest_elsewhere(session, readings, &sample, solved, known, environment);
+    }
+    Ok(solved)
+}
+
+/// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
+/// found at a minimum excuses it. The method's first companion looks from where the first one began, as one that creeps along a bent valley is
+/// where the other goes through; from elsewhere the method itself, and the companions where that does not suffice.
+fn lowest_elsewhere(
+    session: &Session,
+    readings: &MeasurementSet,
+    sample: &Sample,
+    solved: Solved,
+    known: Option<&State>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    environment.report("other starting values");
+    let mut companions = environment.solver().companions();
+    companions.retain(|other| other.check(&solved.built.problem).is_ok());
+    let companions: Vec<_> = companions.iter().map(|other| environment.by(other.as_ref())).collect();
+    let methods = (environment, companions.as_slice());
+    let nominal = State::nominal(session);
+    let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
+        Ok(solve_from(session, readings, start, environment)?.into_end(session)?)
+    };
+    let likeliest = match readings.poses() > 2 * TELLING {
+        false => from_other_starts(session, (readings, sample), solved, known, methods)?,
+        true => {
+            let part = thinned(session, readings, TELLING);
+            let first = solve_from(session, &part, solved.state(&nominal), environment)?;
+            let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
+            let starts = of_part.plausible().into_iter().cloned().collect();
+            let mut likeliest = Likeliest::first(solved.into_end(session)?);
+            likeliest.or_from(starts, follow, environment);
+            likeliest
+        }
+    };
+    let Likeliest { best, is_another, mut others } = likeliest;
+    let solved = if is_another {
+        settled(session, best.solution, sample, companions.first().unwrap_or(environment))?
+    } else {
+        best.solution
+    };
+    let solved = as_declared(session, readings, solved, &others, environment)?;
+    let least = solved.minus_log_likelihood(session)?;
+    // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
+    let here = turned_gains(session, &solved.state(&nominal));
+    let is_image = |start: &State| turned_gains(session, start).iter().any(|gain| !here.contains(gain));
+    others.retain(|place| place.minus_log_likelihood < least + IMPLAUSIBLE && !is_image(&place.start));
+    Ok(Solved { elsewhere: others.into_iter().map(|place| place.start).collect(), ..solved })
+}
+
+/// Where other starts lead, beside the first end.
+fn from_other_starts(
+    session: &Session,
+    (readings, sample): (&MeasurementSet, &Sample),
+    first: Solved,
+    known: Option<&State>,
+    (own, companions): (&SolveEnvironment<'_>, &[SolveEnvironment<'_>]),
+) -> Result<Likeliest<Solved, State>, EstimateError> {
+    let second = companions.first().unwrap_or(own);
+    let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
+        Ok(solve_from(session, readings, start, environment)?.into_end(session)?)
+    };
+    let mut likeliest = Likeliest::first(first.into_end(session)?);
+    likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, second);
+    likeliest.or_from(otherwise_displaced(session, &likeliest.best.place.start), follow, own);
+    likeliest.or_from(further_starts(session, sample, known, own)?, follow, own);
+    for (place, other) in companions.iter().enumerate() {
+        if likeliest.best.termination.converged() && likeliest.best.solution.misfit(session)?.is_none() {
+            break;
+        }
+        let mut starts = further_starts(session, sample, known, other)?;
+        starts.truncate(if place == 0 { usize::MAX } else { LAST_RESORT });
+        likeliest.or_from(starts, follow, other);
+    }
+    Ok(likeliest)
+}
+
+/// The solution, or, of other ends that are not less likely beyond doubt, the one with the fewest gains and offsets that are not as declared.
+fn as_declared(
+    session: &Session,
+    readings: &MeasurementSet,
+    solved: Solved,
+    others: &[Place<State>],
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let wrong = |state: &State| not_as_declared(session, state);
+    let state = |solved: &Solved| solved.state(&State::nominal(session));
+    let (own, least) = (wrong(&state(&solved)), solved.minus_log_likelihood(session)?);
+    let plausible = others.iter().filter(|place| place.minus_log_likelihood < least + DECISIVE);
+    let fewest = |a: &&Place<State>, b: &&Place<State>| {
+        wrong(&a.start).cmp(&wrong(&b.start)).then(a.minus_log_likelihood.total_cmp(&b.minus_log_likelihood))
+    };
+    let Some(best) = plausible.min_by(fewest) else { return Ok(solved) };
+    if own == 0 || wrong(&best.start) >= own {
+        return Ok(solved);
+    }
+    let other = solve_from(session, readings, best.start.clone(), environment)?;
+    let other = in_hemisphere(session, other, environment)?;
+    let fewer = wrong(&state(&other)) < own && !other.hemisphere_contradicted;
+    let plausible = other.minus_log_likelihood(session)? < least + DECISIVE;
+    Ok(if fewer && plausible && other.estimate.termination.converged() { solved.replaced_by(other) } else { solved })
+}
+
+impl Solved {
+    /// Whether the readings are explained so badly that it happens to one of ten right models.
+    fn is_hardly_explained(&self, session: &Session) -> Result<bool, EvaluateError> {
+        Ok(explained(session, self, self.least_chi_squared())?.p_value.is_some_and(|p| p < UNLIKELY))
+    }
+
+    /// How many times worse than their stated noise the readings are explained, where that is no accident.
+    pub(in crate::joint) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
+        Ok(explained(session, self, self.least_chi_squared())?.misfit())
+    }
+}

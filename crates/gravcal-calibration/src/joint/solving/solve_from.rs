@@ -1,0 +1,125 @@
+//! Where one start leads: noise that no reading states, and what the readings show to be unknown, are found on the way.
+
+use std::sync::Arc;
+
+use gravcal_estimation::{Loss, Termination};
+use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::session::{Session, UnexplainedError};
+
+use crate::joint::building::build::build_with_constraints;
+use crate::joint::error::EstimateError;
+use crate::joint::measurement_set::{Bending, MeasurementSet};
+use crate::joint::problem::JointProblem;
+use crate::joint::solved::Solved;
+use crate::joint::solving::fit::{fit, fit_in_rounds};
+use crate::joint::variables::State;
+
+/// Rounds of noise estimation at most, and the relative change at which they end.
+const NOISE_ROUNDS: usize = 8;
+const NOISE_TOLERANCE: f64 = 1e-3;
+/// The same where errors of single joints are told from their noise, which shift from one to the other.
+const UNEXPLAINED_ROUNDS: usize = 30;
+/// How often, at most, the torques that bend joints are taken anew from a solution in which these bend.
+const BENDING_ROUNDS: usize = 3;
+/// Iterations of each: the next goes on from there, and what noise shifts is little beside what it costs to follow it to the last digit.
+const NOISE_ITERATIONS: usize = 12;
+/// Iterations of a fit at most: what has not converged by then creeps.
+const ITERATIONS: usize = 2000;
+
+/// Solves for everything from one start: noise that no reading states, what friction leaves at rest, and how far joints bend, are found on the
+/// way.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a [`Termination`].
+pub(in crate::joint) fn solve_from(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: State,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let solved = solve_with_noise(session, readings, start, environment)?;
+    let converged = solved.estimate.termination.converged();
+    if !converged {
+        return Ok(solved);
+    }
+    let (at_rest, bending) = (solved.readings.with_friction_at_rest(session), Bending::of(session, &solved)?);
+    if at_rest.is_none() && bending.is_none() {
+        return Ok(solved);
+    }
+    let mut readings = at_rest.unwrap_or_else(|| solved.readings.clone());
+    readings.bending = bending.map(Arc::new).or(readings.bending);
+    let mut solved = solve_again(session, &solved, &readings, environment)?;
+    for _ in 0..BENDING_ROUNDS {
+        let Some(readings) = solved.bent_anew(session)? else { break };
+        solved = solve_again(session, &solved, &readings, environment)?;
+    }
+    Ok(solved)
+}
+
+/// Goes on from a solution with other unknowns.
+fn solve_again(
+    session: &Session,
+    solved: &Solved,
+    readings: &MeasurementSet,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    solve_with_noise(session, readings, solved.state(&State::nominal(session)), environment)
+}
+
+/// The same with the unknowns that the readings are said to have, and the noise that they show.
+fn solve_with_noise(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: State,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let (mut readings, mut start) = (readings.clone(), start);
+    let loss = readings.loss;
+    let built = |readings: &MeasurementSet, start: &State| build_with_constraints(session, readings, start);
+    let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
+    if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
+        environment.report("all unknowns together");
+        let solved = solve_built(readings.clone(), built(&readings, &start)?, environment)?;
+        let stopped = solved.estimate.termination == Termination::Stopped;
+        if !estimated || stopped || solved.unexplained(session)? == readings.unexplained {
+            return Ok(solved);
+        }
+        // Noise that explains so little weighs the joints wrongly: they begin alike.
+        readings = readings.with_rough_unexplained(session);
+    }
+    for round in 0..if estimated { UNEXPLAINED_ROUNDS } else { NOISE_ROUNDS } {
+        environment.report("all unknowns together");
+        // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
+        readings.loss = if round == 0 { Loss::None } else { loss };
+        let problem = built(&readings, &start)?;
+        let problem = if round == 0 { problem } else { problem.resting_at_start() };
+        let (problem, estimate) = fit_in_rounds(&problem, &readings, 1, &environment.within(NOISE_ITERATIONS))?;
+        let solved = Solved::judged(readings.clone(), problem, estimate)?;
+        let noise = match loss {
+            Loss::None => solved.residual_noise(session)?,
+            _ => solved.median_noise(session)?,
+        };
+        let unexplained = solved.unexplained(session)?;
+        let settled = readings.loss == loss
+            && solved.stands_with(session, &unexplained, NOISE_TOLERANCE)
+            && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
+        start = solved.built.variables.state(&solved.estimate.values, &start);
+        (readings.noise, readings.unexplained) = (noise, unexplained);
+        if settled || solved.estimate.termination == Termination::Stopped {
+            break;
+        }
+    }
+    readings.loss = loss;
+    environment.report("all unknowns together");
+    solve_built(readings.clone(), built(&readings, &start)?.resting_at_start(), environment)
+}
+
+/// Solves a problem as it is built, and judges the solution.
+pub(crate) fn solve_built(
+    readings: MeasurementSet,
+    built: JointProblem,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let (built, estimate) = fit(&built, &readings, &environment.within(ITERATIONS))?;
+    Solved::judged(readings, built, estimate)
+}

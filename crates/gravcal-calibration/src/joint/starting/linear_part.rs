@@ -1,0 +1,210 @@
+//! What is linear in the joint problem, solved for given gravity and sensors.
+
+use gravcal_estimation::{BlockId, Linearization, Problem, Values};
+use gravcal_robot_model::parameter::SensorParameter;
+use gravcal_robot_model::session::{JointPriors, LoadDistance, PriorKind, Session};
+
+use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
+
+use crate::joint::building::build::pose_readings_alone;
+use crate::joint::error::BuildError;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::problem::JointProblem;
+use crate::joint::starting::any_direction::{AnyDirection, FAINT_DAMPING};
+use crate::joint::starting::at_distances::{KnownLength, Quadratic};
+use crate::joint::variables::State;
+
+/// Nominal torque gains are taken for wrong where they are off by more than this factor, and by lengths only where that
+/// lowers the cost by so much.
+const FAR_SCALE: f64 = 1.5;
+const WORTHWHILE: f64 = 10.0;
+/// How often their scale is sought anew.
+const SCALINGS: usize = 3;
+
+/// Biases, masses, moments and placements as the unknowns of a linear problem.
+pub(in crate::joint) struct LinearPart<'s> {
+    session: &'s Session,
+    built: JointProblem,
+    /// With everything else held.
+    linear: Problem,
+}
+
+impl<'s> LinearPart<'s> {
+    /// `values`: from where what is linear starts.
+    ///
+    /// # Errors
+    /// Where no problem can be built.
+    pub fn new(session: &'s Session, readings: &MeasurementSet, values: &State) -> Result<Self, BuildError> {
+        let built = pose_readings_alone(session, readings, values)?;
+        let nonlinear: Vec<BlockId> = built.problem.block_ids().filter(|id| !built.problem.block(*id).linear).collect();
+        let linear = built.problem.with_fixed(&nonlinear, "given by the candidate");
+        Ok(LinearPart { session, built, linear })
+    }
+
+    pub fn session(&self) -> &'s Session {
+        self.session
+    }
+
+    /// The least-squares solution for the gravity and the sensors of a candidate, with known distances of placements kept; and the cost left.
+    pub fn solve(&self, candidate: &State) -> (f64, State) {
+        let values = self.values(candidate);
+        if self.session.load_distances.is_empty() {
+            return self.solve_from(&values, candidate);
+        }
+        let Ok(linearization) = self.linear.linearize(&values) else { return (f64::INFINITY, candidate.clone()) };
+        let Some(quadratic) = quadratic(&*linearization) else { return self.solve_from(&values, candidate) };
+        let lengths = self.session.load_distances.iter().filter_map(|known| self.known_length(known, &values));
+        let quadratic = lengths.fold(quadratic, |quadratic, known| quadratic.keeping(&known));
+        let solved = self.linear.retract(&values, quadratic.step.as_slice());
+        (linearization.cost() - quadratic.reduction, self.built.variables.state(&solved, candidate))
+    }
+
+    /// The cost left for the sensors of a candidate, by gravity's direction.
+    pub fn costs(&self, candidate: &State) -> impl Fn([f64; 3]) -> f64 {
+        let magnitude = self.session.gravity.magnitude;
+        let under = move |direction: [f64; 3]| State { gravity: direction.map(|c| magnitude * c), ..candidate.clone() };
+        let no_lengths = self.session.load_distances.is_empty();
+        let any =
+            no_lengths.then(|| AnyDirection::new(&self.linear, |direction| self.values(&under(direction)))).flatten();
+        move |direction| {
+            let cost = any.as_ref().and_then(|any| any.least_cost(direction));
+            cost.unwrap_or_else(|| self.solve(&under(direction)).0)
+        }
+    }
+
+    /// The same without known distances.
+    fn solve_anywhere(&self, candidate: &State) -> (f64, State) {
+        self.solve_from(&self.values(candidate), candidate)
+    }
+
+    fn solve_from(&self, values: &Values, candidate: &State) -> (f64, State) {
+        let Ok(mut linearization) = self.linear.linearize(values) else { return (f64::INFINITY, candidate.clone()) };
+        let scaling = linearization.column_scales();
+        let mut step = vec![0.0; scaling.len()];
+        let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
+        let solved = self.linear.retract(values, &step);
+        (linearization.cost() - gain, self.built.variables.state(&solved, candidate))
+    }
+
+    /// Gravity and sensors of a candidate; the rest from where what is linear starts.
+    fn values(&self, candidate: &State) -> Values {
+        let variables = &self.built.variables;
+        let mut values = self.built.initial.clone();
+        values.set(variables.gravity, &candidate.gravity);
+        for (ids, sensor) in variables.sensors.iter().zip(&candidate.sensors) {
+            ids.iter().zip(sensor).for_each(|(id, value)| values.set(*id, &[*value]));
+        }
+        variables.further.iter().zip(&candidate.further).for_each(|(id, value)| values.set(*id, &[*value]));
+        values
+    }
+
+    /// How the difference of two placements depends on the columns of the linear problem; nothing where one of them is not carried.
+    fn known_length(&self, known: &LoadDistance, values: &Values) -> Option<KnownLength> {
+        let [from, to] = known.between.map(|load| self.built.variables.loads[load].as_deref());
+        let (mut difference, mut by_step) = (Vector3::zeros(), Matrix3xX::zeros(self.linear.columns().len()));
+        for (placement, sign) in [(from?, -1.0), (to?, 1.0)] {
+            for block in placement {
+                difference += sign * Vector3::from_column_slice(values.get(*block));
+                self.linear.columns_of(*block).zip(0..3).for_each(|(column, axis)| by_step[(axis, column)] += sign);
+            }
+        }
+        Some(KnownLength { difference, by_step, length: known.distance })
+    }
+
+    /// The same with torque gains of the size that the loads tell, where the candidate's are far from it.
+    ///
+    /// Placements that the readings hardly tell may lie anywhere, and tell a scale that nothing else bears out: the cost at known distances
+    /// decides.
+    pub fn solve_to_scale(&self, candidate: &State) -> (f64, State) {
+        let (mut gains, mut best) = (candidate.clone(), self.solve(candidate));
+        for _ in 0..SCALINGS {
+            let before = best.0;
+            for scale in self.gain_scales(&gains) {
+                let scaled = with_gains_times(scale, &gains);
+                let other = self.solve(&scaled);
+                if other.0 < best.0 {
+                    (gains, best) = (scaled, other);
+                }
+            }
+            if best.0 == before {
+                break;
+            }
+        }
+        best
+    }
+
+    /// By what all torque gains may have to be multiplied, where none is known beforehand and they are far off.
+    ///
+    /// With the gains times κ, and masses, moments and placements divided by κ, only what the loads' known masses do on known
+    /// lengths changes, linearly in κ. So the cost that the linear problem leaves is a parabola in κ, and three points give its
+    /// minimum. Where it is flat (no lengths), the known distance of two placements is the measure: the linear problem, which
+    /// does not know it, puts them κ times as far apart.
+    fn gain_scales(&self, start: &State) -> Vec<f64> {
+        let session = self.session;
+        let free = |joint: &JointPriors| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat;
+        if session.loads.is_empty() || !session.joints.iter().all(free) {
+            return Vec::new();
+        }
+        let (one, found) = self.solve_anywhere(start);
+        let [(half, _), (two, _)] = [0.5, 2.0].map(|scale| self.solve_anywhere(&with_gains_times(scale, start)));
+        let slopes = [2.0 * (one - half), two - one];
+        let curvature = (slopes[1] - slopes[0]) / 1.5;
+        let scale = 1.5 / 2.0 - slopes[0] / (2.0 * curvature);
+        let of_lengths = (curvature * (scale - 1.0).powi(2) > WORTHWHILE).then_some(scale);
+        let apart = |known: &LoadDistance| {
+            let [p, q] = known.between.map(|load| Vector3::from(found.loads[load]));
+            (q - p).norm() / known.distance
+        };
+        let of_distance = session.pair_of_free_placements().map(apart);
+        let is_far = |scale: &f64| *scale > 0.0 && scale.is_finite() && !(1.0 / FAR_SCALE..FAR_SCALE).contains(scale);
+        of_lengths.into_iter().chain(of_distance).filter(is_far).collect()
+    }
+}
+
+fn with_gains_times(scale: f64, values: &State) -> State {
+    let mut scaled = values.clone();
+    scaled.sensors.iter_mut().for_each(|sensor| sensor[SensorParameter::TorqueGain as usize] *= scale);
+    scaled
+}
+
+/// The cost of a linear problem, minimised in the unit of its columns; nothing where that needs more digits than there are.
+fn quadratic(linearization: &dyn Linearization) -> Option<Quadratic> {
+    let (size, hessian) = (linearization.gradient().len(), linearization.hessian());
+    let scales = linearization.column_scales();
+    let damping = |i: usize| FAINT_DAMPING * scales[i] * scales[i];
+    let hessian = DMatrix::from_fn(size, size, |i, j| hessian[i * size + j] + if i == j { damping(i) } else { 0.0 });
+    Quadratic::minimised(hessian, &DVector::from_column_slice(linearization.gradient()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::{Signals, select};
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn placements_start_at_their_known_distance_and_explain_the_readings() {
+        let simulation = sarcos_shoulder();
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let part = LinearPart::new(&session, &readings, &State::nominal(&session)).unwrap();
+        let (cost, found) = part.solve(&simulation.truth);
+        let [a, b] = [0, 1].map(|load| Vector3::from(found.loads[load]));
+        assert!(((b - a).norm() - session.load_distances[0].distance).abs() < 1e-9);
+        // Gravity and sensors are true: noise alone is left, ½ a reading.
+        let per_reading = cost / readings.count() as f64;
+        assert!((0.4..0.6).contains(&per_reading), "{per_reading}");
+        let (anywhere, free) = part.solve_anywhere(&simulation.truth);
+        assert!(anywhere <= cost && free.loads != found.loads);
+    }
+
+    #[test]
+    fn gains_that_start_half_as_large_are_brought_to_scale() {
+        let simulation = sarcos_shoulder();
+        let session = simulation.session(0);
+        let part = LinearPart::new(&session, &select(&session, Signals::All), &State::nominal(&session)).unwrap();
+        let (_, found) = part.solve_to_scale(&with_gains_times(0.5, &simulation.truth));
+        let ratio = found.sensors[0][0] / simulation.truth.sensors[0][0];
+        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    }
+}

@@ -1,0 +1,132 @@
+//! A part of the poses, built once: starts are compared and judged by it.
+
+use std::collections::HashMap;
+
+use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::session::Session;
+
+use crate::joint::building::build::build_problem;
+use crate::joint::error::BuildError;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::problem::JointProblem;
+use crate::joint::starting::any_direction::FAINT_DAMPING;
+use crate::joint::variables::State;
+
+/// Poses that suffice to compare candidates.
+pub(in crate::joint) const POSES: usize = 120;
+/// The multiples of this, less their whole parts, spread evenly and without a period (Weyl, *Mathematische Annalen* 77, 1916).
+const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
+/// Iterations from a start that tell how low it leads.
+const BRIEF: usize = 30;
+/// Iterations to a minimum: along a bent valley there are hundreds.
+const LONG: usize = 300;
+/// A solve that has not converged after so many, at so many times the cost that explains the readings, will not explain them.
+const UNLIKELY: f64 = 5.0;
+/// A cost for each reading below this explains them: noise alone makes it ½.
+const EXPLAINED: f64 = 1.0;
+
+/// The joint problem of a part of the poses.
+pub(in crate::joint) struct Sample {
+    pub readings: MeasurementSet,
+    built: JointProblem,
+}
+
+/// Where some iterations lead.
+pub(in crate::joint) struct Nearby {
+    /// The cost there; infinite where the solver takes no such problem.
+    pub cost: f64,
+    pub end: State,
+}
+
+/// What the readings of a sample cost where a start leads.
+pub(in crate::joint) struct RoughMinimum {
+    /// Infinite where the solver takes no such problem.
+    pub cost: f64,
+    /// Whether it is no lower at the end of the way: the solver has converged, or creeps where nothing explains the readings.
+    pub reached: bool,
+}
+
+/// Where one step leads.
+pub(in crate::joint) struct OneStep {
+    /// The cost there.
+    pub cost: f64,
+    pub end: State,
+}
+
+impl Sample {
+    /// Of these readings, to start from anywhere.
+    ///
+    /// # Errors
+    /// Where no problem can be built.
+    pub fn new(session: &Session, readings: &MeasurementSet) -> Result<Sample, BuildError> {
+        let readings = thinned(session, readings, POSES);
+        let built = build_problem(session, &readings, &State::nominal(session))?;
+        Ok(Sample { readings, built })
+    }
+
+    /// The same with the noise of these readings, which are those that it is part of.
+    ///
+    /// # Errors
+    /// As [`Sample::new`].
+    pub fn with_noise_of(self, session: &Session, readings: &MeasurementSet) -> Result<Sample, BuildError> {
+        let alike = self.readings.noise == readings.noise && self.readings.unexplained == readings.unexplained;
+        if alike { Ok(self) } else { Sample::new(session, readings) }
+    }
+
+    /// Its problem, started from here.
+    pub fn built_at(&self, session: &Session, start: &State) -> JointProblem {
+        self.built.starting_at(session, &self.readings, start)
+    }
+
+    /// A cost that explains its readings.
+    pub fn explained(&self) -> f64 {
+        EXPLAINED * self.readings.count() as f64
+    }
+
+    /// Where a few iterations from `start` lead, or fewer where the cost is no higher than `enough` before.
+    pub fn nearby(&self, session: &Session, start: &State, enough: f64, environment: &SolveEnvironment<'_>) -> Nearby {
+        let built = self.built_at(session, start);
+        match environment.solve_briefly(&built.problem, &built.initial, BRIEF, enough) {
+            Ok(estimate) => Nearby { cost: estimate.cost, end: built.variables.state(&estimate.values, start) },
+            Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
+        }
+    }
+
+    /// The cost of the readings alone where `start` leads, as far as it was followed: what unknowns rest on does not count.
+    pub fn rough_minimum(&self, session: &Session, start: &State, environment: &SolveEnvironment<'_>) -> RoughMinimum {
+        let built = self.built_at(session, start);
+        let nowhere = RoughMinimum { cost: f64::INFINITY, reached: true };
+        let Ok(end) = environment.within(LONG).solve(&built.problem, &built.initial) else { return nowhere };
+        let cost = built.problem.without_reference().cost(&end.values).unwrap_or(f64::INFINITY);
+        RoughMinimum { cost, reached: end.termination.converged() || cost > UNLIKELY * self.explained() }
+    }
+
+    /// The step to the minimum of the linear model; nothing if the cost is no lower where it leads.
+    pub fn one_step(&self, session: &Session, start: &State) -> Option<OneStep> {
+        let JointProblem { problem, initial, variables, .. } = &self.built_at(session, start);
+        let mut linearization = problem.linearize(initial).ok()?;
+        let mut step = vec![0.0; problem.columns().len()];
+        linearization.damped_step(FAINT_DAMPING, &linearization.column_scales(), &mut step);
+        let there = problem.retract(initial, &step);
+        let cost = problem.cost(&there).ok().filter(|cost| *cost < linearization.cost())?;
+        let end = variables.state(&there, start);
+        Some(OneStep { cost, end })
+    }
+}
+
+/// About so many `poses` of the readings, spread evenly over each table and load. Which they are has no period: every so many of
+/// them could be those that were approached from one side.
+pub(in crate::joint) fn thinned(session: &Session, readings: &MeasurementSet, poses: usize) -> MeasurementSet {
+    let share = poses as f64 / readings.poses() as f64;
+    if share >= 1.0 {
+        return readings.clone();
+    }
+    let mut seen: HashMap<(usize, Option<usize>), usize> = HashMap::new();
+    let kept = session.poses.iter().zip(&readings.used).map(|(pose, used)| {
+        let place = seen.entry((pose.table, pose.load)).or_default();
+        *place += usize::from(!used.is_empty());
+        (*place as f64 * GOLDEN_SECTION).fract() < share
+    });
+    let kept: Vec<bool> = kept.collect();
+    readings.only(|pose, _| kept[pose])
+}

@@ -1,0 +1,176 @@
+//! Where the joint problem starts.
+//!
+//! For given gravity, gains and offsets every torque reading is linear in the biases, the links' masses and moments
+//! and the placements of the loads. So a candidate is a direction of gravity (with the nominal sensor values, or
+//! those that the sequential estimator found), and its worth is the cost after that linear problem is solved. A few of the
+//! best are followed a little further, and the one that comes lowest wins.
+
+use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::session::Session;
+
+use crate::joint::error::BuildError;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::starting::directions::{directions, turned};
+use crate::joint::starting::linear_part::LinearPart;
+use crate::joint::starting::sample::{Nearby, POSES, Sample, thinned};
+use crate::joint::variables::State;
+
+/// One direction of so many suffices to compare signs.
+const FEW: usize = 6;
+/// Angles by which the best of them is turned, rad: about half of what lies between them, and down to what other errors hide.
+const FIRST_TURN: f64 = 0.4;
+const LAST_TURN: f64 = 0.02;
+/// Candidates that are solved for briefly, and the least angle between their directions, rad.
+const CONTENDERS: usize = 4;
+const APART: f64 = 0.3;
+/// Candidates that are followed to their end where the first one ended at what the noise does not explain.
+const FURTHER: usize = 12;
+/// Ends whose cost is so many times the lowest, beyond what explains the readings roughly, are not followed.
+const WORTH_FOLLOWING: f64 = 3.0;
+/// Ends are the same where their gravities are so near, rad.
+const SAME_END: f64 = 0.02;
+
+/// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
+/// sphere where none is declared.
+///
+/// What `known` leads to by one step or a few iterations is it, if that explains the readings of the sample. Else a candidate that
+/// explains them roughly, or those that are left the lowest cost and differ in direction, are followed so, and the lowest end is
+/// where the estimate starts.
+pub(in crate::joint) fn best_start(
+    session: &Session,
+    sample: &Sample,
+    known: Option<&State>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<State, BuildError> {
+    if let Some(known) = known {
+        let part = LinearPart::new(session, &sample.readings, &State::nominal(session))?;
+        if let Some(near) = near_known(&part, sample, known, environment) {
+            return Ok(near);
+        }
+    }
+    let ends = rough_ends(session, sample, known, Extent::Sufficient, environment)?;
+    Ok(ends.into_iter().next().unwrap_or_else(|| State::nominal(session)))
+}
+
+/// How many candidates are followed.
+#[derive(Clone, Copy, PartialEq)]
+enum Extent {
+    /// The first that explains the readings; without such, a few.
+    Sufficient,
+    /// All that are apart, up to so many.
+    All(usize),
+}
+
+/// Where the best candidates lead if the sample's readings are explained roughly, the lowest first.
+fn rough_ends(
+    session: &Session,
+    sample: &Sample,
+    known: Option<&State>,
+    extent: Extent,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Vec<State>, BuildError> {
+    let rough = Sample::new(session, &sample.readings.roughly(session))?;
+    let part = LinearPart::new(session, &rough.readings, &State::nominal(session))?;
+    let mut solved: Vec<(f64, State)> = Vec::new();
+    for (cost, start) in candidates(&part, known) {
+        let explains = cost < rough.explained();
+        solved.push((cost, start));
+        if explains && extent == Extent::Sufficient {
+            solved.drain(..solved.len() - 1);
+            break;
+        }
+    }
+    let most = if let Extent::All(most) = extent { most } else { CONTENDERS };
+    let follow = |start: State| rough.nearby(session, &start, 0.0, environment);
+    let mut ends: Vec<Nearby> = contenders(solved, most).into_iter().map(follow).collect();
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let lowest = ends.first().map_or(0.0, |near| near.cost);
+    ends.retain(|near| near.cost <= WORTH_FOLLOWING * lowest + rough.explained());
+    let mut different: Vec<State> = Vec::new();
+    for Nearby { end, .. } in ends {
+        if different.iter().all(|other| angle(&other.gravity, &end.gravity) > SAME_END) {
+            different.push(end);
+        }
+    }
+    Ok(different)
+}
+
+/// What suits `known` best, or one step or a few iterations on, if that explains the readings of the sample.
+fn near_known(
+    part: &LinearPart<'_>,
+    sample: &Sample,
+    known: &State,
+    environment: &SolveEnvironment<'_>,
+) -> Option<State> {
+    let (cost, start) = part.solve(known);
+    if cost < sample.explained() {
+        return Some(start);
+    }
+    let step = sample.one_step(part.session(), &start).filter(|step| step.cost < sample.explained());
+    if let Some(step) = step {
+        return Some(step.end);
+    }
+    let near = sample.nearby(part.session(), &start, sample.explained(), environment);
+    (near.cost < sample.explained()).then_some(near.end)
+}
+
+/// Where else an estimate may start whose end cannot be the right one, the most promising first.
+pub(in crate::joint) fn further_starts(
+    session: &Session,
+    sample: &Sample,
+    known: Option<&State>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Vec<State>, BuildError> {
+    rough_ends(session, sample, known, Extent::All(FURTHER), environment)
+}
+
+/// Each direction of gravity (and `known`) with what suits it best, and the cost of that.
+fn candidates(part: &LinearPart<'_>, known: Option<&State>) -> impl Iterator<Item = (f64, State)> {
+    let session = part.session();
+    let nominal = State::nominal(session);
+    let magnitude = session.gravity.magnitude;
+    let directed = move |direction: [f64; 3]| State { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
+    let places = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
+    places.map(move |place| part.solve_to_scale(&place))
+}
+
+/// The best few candidates that are apart from each other.
+fn contenders(mut candidates: Vec<(f64, State)>, most: usize) -> Vec<State> {
+    candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let mut contenders: Vec<State> = Vec::new();
+    for (_, candidate) in candidates {
+        if contenders.len() < most && contenders.iter().all(|other| angle(&other.gravity, &candidate.gravity) > APART) {
+            contenders.push(candidate);
+        }
+    }
+    contenders
+}
+
+fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    nalgebra::Vector3::from(*a).angle(&nalgebra::Vector3::from(*b))
+}
+
+/// What the best of the nominal values under any direction of gravity costs, for comparing sessions that differ in signs and columns. The
+/// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
+pub(in crate::joint) fn start_cost(session: &Session, readings: &MeasurementSet) -> Result<f64, BuildError> {
+    let nominal = State::nominal(session);
+    let part = LinearPart::new(session, &thinned(session, readings, POSES), &nominal)?;
+    let cost = part.costs(&nominal);
+    let some = directions(session.gravity.hemisphere).step_by(FEW).map(|direction| (cost(direction), direction));
+    let Some(mut best) = some.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(f64::INFINITY) };
+    let mut turn = FIRST_TURN;
+    while turn > LAST_TURN {
+        let turned = turned(best.1, turn).map(|direction| (cost(direction), direction));
+        match turned.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b)) {
+            Some(lower) if lower.0 < best.0 => best = lower,
+            _ => turn *= 0.5,
+        }
+    }
+    Ok(best.0)
+}
+
+/// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
+pub(crate) fn start_around(session: &Session, readings: &MeasurementSet, known: &State) -> Result<State, BuildError> {
+    let (_, solved) = LinearPart::new(session, &thinned(session, readings, POSES), known)?.solve(known);
+    Ok(State { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
+}
