@@ -170,7 +170,7 @@ fn a_session_depends_on_its_number_alone() {
 /// explains the readings hardly, ends that found their noise by six degrees of freedom, ends along what the
 /// readings leave open, an image about a leaning axis, standing joints mirrored about a
 /// quarter turn.
-const ONCE_WRONG: [(u64, u64); 39] = [
+const ONCE_WRONG: [(u64, u64); 40] = [
     (21, 156),
     (21, 111),
     (21, 503),
@@ -210,6 +210,7 @@ const ONCE_WRONG: [(u64, u64); 39] = [
     (4001, 616),
     (2026, 736),
     (9601, 1106),
+    (9601, 2601),
 ];
 
 #[test]

@@ -55,9 +55,14 @@ pub(super) struct Nearby {
 }
 
 impl Solved {
+    /// ½ χ² of the readings where they are explained best: what is held against other solutions.
+    pub(crate) fn least_cost(&self) -> f64 {
+        self.estimate.cost - self.growth_at_rest
+    }
+
     /// χ² of the readings where they are explained best.
     pub(crate) fn least_chi_squared(&self) -> f64 {
-        2.0 * (self.estimate.cost - self.growth_at_rest)
+        2.0 * self.least_cost()
     }
 
     /// As an end of a start among others.

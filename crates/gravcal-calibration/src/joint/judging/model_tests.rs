@@ -147,7 +147,7 @@ impl ModelTests<'_> {
         let fixed: Vec<BlockId> = parameters.iter().map(|id| built.variables.block(*id)).collect();
         let absent = JointProblem { problem: built.problem.with_fixed(&fixed, ABSENT), ..built };
         let (_, without) = fit(&absent, &solved.readings, environment)?;
-        Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.estimate.cost).max(0.0)))
+        Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.least_cost()).max(0.0)))
     }
 
     fn wald(&self, parameters: &[ParameterId]) -> Option<TestAgainstZero> {

@@ -214,7 +214,7 @@ fn all_together(
          their signs turned they follow them ({then:.2}), and the readings are explained as well; or gravity's \
          hemisphere is declared upside down"
     );
-    Ok((cost <= AS_GOOD * solved.estimate.cost).then(|| Reversed { joints: open.to_vec(), why }))
+    Ok((cost <= AS_GOOD * solved.least_cost()).then(|| Reversed { joints: open.to_vec(), why }))
 }
 
 /// The session with the torque gains of these joints of the other sign.

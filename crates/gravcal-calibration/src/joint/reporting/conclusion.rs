@@ -258,10 +258,10 @@ impl Answer {
         let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
         let gained = freedom(solved).saturating_sub(freedom(&without)) as f64;
         let size = match session.noise_estimated().contains(&true) {
-            true => 2.0 * without.estimate.cost / freedom(&without).max(1) as f64,
+            true => without.least_chi_squared() / freedom(&without).max(1) as f64,
             false => 1.0,
         };
-        let growth = 2.0 * (solved.estimate.cost - without.estimate.cost) / size;
+        let growth = (solved.least_chi_squared() - without.least_chi_squared()) / size;
         let Ok(distribution) = ChiSquared::new(gained) else { return Ok(()) };
         let p = distribution.sf(growth.max(0.0));
         if without.estimate.termination.converged() && p < CONTRADICTED_PRIOR {

@@ -56,6 +56,6 @@ impl Solved {
             true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
             false => 0.0,
         };
-        Ok(self.estimate.cost + self.reading_residuals(session)?.into_iter().map(size).sum::<f64>())
+        Ok(self.least_cost() + self.reading_residuals(session)?.into_iter().map(size).sum::<f64>())
     }
 }
