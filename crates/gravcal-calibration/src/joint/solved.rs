@@ -9,6 +9,7 @@ use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::order::Order;
 use crate::joint::problem::JointProblem;
 use crate::joint::variables::State;
 
@@ -55,6 +56,11 @@ pub(super) struct Nearby {
 }
 
 impl Solved {
+    /// Whether it is a minimum, and that of all readings together.
+    pub(super) fn is_minimum_of_all(&self) -> bool {
+        self.estimate.termination.converged() && self.readings.order == Order::Together
+    }
+
     /// ½ χ² of the readings where they are explained best: what is held against other solutions.
     pub(crate) fn least_cost(&self) -> f64 {
         self.estimate.cost - self.growth_at_rest

@@ -10,14 +10,13 @@ use gravcal_robot_model::session::Session;
 use crate::joint::ends::aligned::{NEAR, off_quarter_turn};
 use crate::joint::ends::symmetries::in_hemisphere;
 use crate::joint::error::EstimateError;
-use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve_from::solve_from;
 use crate::joint::variables::State;
 
 impl Solved {
-    /// The likeliest of the same and of the ends with one standing joint on the other side of a quarter turn; those that explain the readings about as well
-    /// are kept beside it.
+    /// The same, or a likelier end with one standing joint on the other side of a quarter turn; what explains the readings about as well is kept
+    /// beside it.
     ///
     /// # Errors
     /// Where an end cannot be judged.
@@ -26,7 +25,7 @@ impl Solved {
         session: &Session,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Solved, EstimateError> {
-        if !self.estimate.termination.converged() || self.readings.order != Order::Together {
+        if !self.is_minimum_of_all() {
             return Ok(self);
         }
         let found = self.state(&State::nominal(session));

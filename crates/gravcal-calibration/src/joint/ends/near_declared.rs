@@ -9,10 +9,12 @@
 //!     C′ < C         that end takes the solution's place;
 //!     C′ < C + 12.5  the readings tell neither from the other, and the end is kept among those that may be the true one.
 //! ```
+//!
+//! What holds them as declared is kept in the same way: what is let go may follow the noise again.
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::BlockId;
-use gravcal_identification::{DECISIVE, IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
+use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
@@ -21,7 +23,6 @@ use crate::joint::ends::symmetries::in_hemisphere;
 use crate::joint::error::EstimateError;
 use crate::joint::judging::judged::mostly_open;
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::order::Order;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve::solve;
@@ -54,7 +55,7 @@ impl Solved {
         session: &Session,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Solved, EstimateError> {
-        if !self.estimate.termination.converged() || self.readings.order != Order::Together {
+        if !self.is_minimum_of_all() {
             return Ok(self);
         }
         let far = self.told_far_from_declared(session);
@@ -72,8 +73,7 @@ impl Solved {
         };
         // What does not explain the readings has another cause, which is looked for from there.
         let explains = solved.misfit(session)?.is_none();
-        let doubted = solved.hemisphere_contradicted || solved.tells_gravity_far_from_declared(session);
-        if !explains || !doubted {
+        if !explains || !solved.tells_gravity_far_from_declared(session) {
             return Ok(solved);
         }
         environment.report("gravity as declared");
@@ -97,10 +97,6 @@ impl Solved {
             return Ok(self);
         }
         let [own, of_other] = [self.minus_log_likelihood(session)?, other.minus_log_likelihood(session)?];
-        // What lies in the declared hemisphere, and is not less likely beyond doubt, contradicts no declaration.
-        if self.hemisphere_contradicted && of_other < own + DECISIVE {
-            return Ok(other);
-        }
         let held = other.growth_of_holding(session, &declared, &blocks(&other.built.variables), environment)?;
         let mut best = self.or_end(session, other)?;
         let least = own.min(of_other);

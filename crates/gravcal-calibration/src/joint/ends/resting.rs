@@ -9,26 +9,26 @@
 //!     x_k = argmin ½ χ²(x) + ½ |x − x_(k−1)|²_W        and without the pull on what is determined
 //! ```
 //!
-//! Of a direction of standard deviation `σ` and limit `l`, `(σ²/(σ² + l²))^k` of the pull is left: what is determined ends where the readings want
-//! it, and what is open stays at what is declared. If the readings may be explained so, it is the solution.
+//! In a direction of standard deviation `σ` and limit `l` the share `(σ²/(σ² + l²))^k` of the way to what is declared is left: what is determined ends
+//! where the readings want it, and what is open stays at what is declared. Where the readings do not rule that out, it is the solution.
 //!
 //! Why it is so, and what was tried: `docs/decisions/resting.md`.
 
-use gravcal_estimation::{Estimate, ProblemBuilder, Values};
+use gravcal_estimation::{Estimate, Reference, Values};
 use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
+use nalgebra::{Matrix3, Vector3};
 
-use crate::joint::building::blocks::add_unknown_blocks;
 use crate::joint::building::reference::WITHIN_USE;
 use crate::joint::error::EstimateError;
-use crate::joint::order::Order;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
 use crate::joint::starting::start::start_around;
 use crate::joint::variables::State;
+use crate::judgement::Asked;
 
-/// How often the pull follows: an eighth is left of it where a standard deviation is as large as its limit.
+/// `k`: where a standard deviation is as large as its limit, an eighth of the way to what is declared is left.
 const ROUNDS: usize = 3;
 /// What has moved by more standard deviations is at another minimum.
 const BEYOND_ERRORS: f64 = 2.0;
@@ -46,13 +46,11 @@ impl Solved {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Solved, EstimateError> {
         let open = self.open(session);
-        let stays = open.is_empty()
-            || !self.estimate.termination.converged()
-            || self.readings.order != Order::Together
-            || !self.built.problem.constraints().is_empty();
+        let stays = open.is_empty() || !self.is_minimum_of_all() || !self.built.problem.constraints().is_empty();
         let Some(reference) = self.built.problem.reference().filter(|_| !stays) else { return Ok(self) };
+        let firm = reference.times_as_firm(WITHIN_USE);
         // What cannot be solved there says nothing.
-        let Ok(values) = self.where_it_rests(session, &open, environment) else { return Ok(self) };
+        let Ok(values) = self.where_it_rests(session, &open, &firm, environment) else { return Ok(self) };
         let cost = self.built.problem.without_reference().cost(&values)?;
         let growth = (cost - self.estimate.cost).max(0.0);
         if as_of_one_direction(growth, open.len(), self.freedom_of_found_noise(session)) > IMPLAUSIBLE {
@@ -70,13 +68,17 @@ impl Solved {
         Ok(rested)
     }
 
-    /// Whether something that is determined here lies beyond its errors from where it was.
+    /// Whether gravity or a parameter that is determined here lies beyond its errors from where it was.
     fn has_moved_from(&self, session: &Session, before: &State) -> bool {
         let judgement = self.judge(session);
         let here = self.state(&State::nominal(session));
         let determined = session.parameters().into_iter().filter(|id| judgement.determines(*id));
         let mut moved = determined.map(|id| ((here.value(id) - before.value(id)).abs(), self.parameter_std(id)));
-        moved.any(|(apart, std)| std > 0.0 && apart > BEYOND_ERRORS * std)
+        let beyond = |apart: f64, std: f64| std > 0.0 && apart > BEYOND_ERRORS * std;
+        let [g, g_before] = [&here, before].map(|state| Vector3::from(state.gravity));
+        let gravity_std = Matrix3::from_row_slice(&self.gravity_covariance()).trace().max(0.0).sqrt();
+        let gravity_moved = judgement.determines(Asked::Gravity) && beyond((g - g_before).norm(), gravity_std);
+        gravity_moved || moved.any(|(apart, std)| beyond(apart, std))
     }
 
     /// The free parameters that the readings leave open.
@@ -91,21 +93,18 @@ impl Solved {
         &self,
         session: &Session,
         open: &[ParameterId],
+        firm: &Reference,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Values, EstimateError> {
         let environment = environment.within(ITERATIONS);
-        let problem = &self.built.problem;
-        let firm = problem.reference().map(|reference| reference.times_as_firm(WITHIN_USE));
         let nominal = State::nominal(session);
-        let mut declared = ProblemBuilder::new();
-        add_unknown_blocks(session, &self.readings, &nominal, &mut declared);
         let mut start = self.state(&nominal);
         open.iter().for_each(|id| *start.value_mut(*id) = session.nominal(*id));
         let start = start_around(session, &self.readings, &start)?;
         let mut values = self.built.starting_at(session, &self.readings, &start).initial;
-        let mut center = declared.initial();
+        let mut center = self.built.starting_at(session, &self.readings, &nominal).initial;
         for _ in 0..ROUNDS {
-            let pulled = firm.iter().fold(problem.clone(), |free, firm| free.with_reference(firm.centered_at(&center)));
+            let pulled = self.built.problem.with_reference(firm.centered_at(&center));
             values = environment.solve(&pulled, &values)?.values;
             center = values.clone();
         }

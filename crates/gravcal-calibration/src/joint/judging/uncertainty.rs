@@ -14,7 +14,6 @@ use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 
 use crate::joint::error::EstimateError;
 use crate::joint::judging::pose_blocks::BlocksOfPoses;
-use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
 
@@ -123,8 +122,7 @@ impl Solved {
 
     /// Whether leaving out poses tells anything: there are enough, and the estimate is that of all of them together.
     fn may_leave_out_poses(&self) -> bool {
-        let together = self.readings.order == Order::Together;
-        together && self.estimate.termination.converged() && self.built.poses >= FEWEST_POSES
+        self.is_minimum_of_all() && self.built.poses >= FEWEST_POSES
     }
 
     /// What the estimate without each of some blocks of poses tells, and what to say of it.
