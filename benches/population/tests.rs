@@ -170,7 +170,7 @@ fn a_session_depends_on_its_number_alone() {
 /// explains the readings hardly, ends that found their noise by six degrees of freedom, ends along what the
 /// readings leave open, an image about a leaning axis, standing joints mirrored about a
 /// quarter turn.
-const ONCE_WRONG: [(u64, u64); 40] = [
+const ONCE_WRONG: [(u64, u64); 42] = [
     (21, 156),
     (21, 111),
     (21, 503),
@@ -211,6 +211,8 @@ const ONCE_WRONG: [(u64, u64); 40] = [
     (2026, 736),
     (9601, 1106),
     (9601, 2601),
+    (9601, 2012),
+    (9701, 1669),
 ];
 
 #[test]

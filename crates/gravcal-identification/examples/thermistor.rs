@@ -165,7 +165,8 @@ fn calibrate(thermometer: &Thermometer, environment: &SolveEnvironment<'_>) -> R
     let asked: Vec<Parameter<&str>> = asked.collect();
     let (values, analysis, reference) = (&estimate.values, &known.analysis, problem.reference());
     let limits = limits_of_use(&problem, &asked);
-    let profiled = Profiled { problem: &problem, values, analysis, reference, matters: share_that_matters(false) };
+    let profiled =
+        Profiled { problem: &problem, values, analysis, reference, matters: share_that_matters(false), starts: &[] };
     let mut widened = vec![1.0; problem.columns().len()];
     for (column, std) in profiled.wider(&limits, environment)? {
         widened[column] = std / analysis.covariance().std(column);

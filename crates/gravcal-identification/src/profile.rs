@@ -13,6 +13,9 @@
 //! linear model of the last one leads. A reference keeps some of them plausible, which counts: a sensor whose gain is zero tells
 //! nothing any more, and any constant explains its readings. What is known many times better than it needs to be is not looked at.
 //!
+//! Where much is open there are many such valleys, and who follows one of them does not see the next. There the parameter is also moved by four
+//! standard deviations while the others begin elsewhere, as at declared values; what explains the readings tells as above.
+//!
 //! Why it is so, and what was tried: `docs/decisions/profiles.md`.
 
 use gravcal_estimation::{EvaluateError, Problem, RankAnalysis, Reference, Values, in_parallel};
@@ -37,8 +40,9 @@ const RISE: f64 = 0.25;
 const LONGER: f64 = 1.5;
 /// Standard deviations over which the others can follow where those of the linear model have a basis.
 const LEAST: f64 = 0.02;
-/// Iterations in which the others follow.
+/// Iterations in which the others follow, and in which they find the way from elsewhere.
 const ITERATIONS: usize = 30;
+const FROM_ELSEWHERE: usize = 300;
 
 /// An estimate whose profiles are looked at.
 pub struct Profiled<'a> {
@@ -53,6 +57,8 @@ pub struct Profiled<'a> {
     /// Share of its limit of use that a standard deviation makes up at least whose profile is looked at
     /// ([`share_that_matters`](crate::share_that_matters)).
     pub matters: f64,
+    /// Where else the other parameters may begin.
+    pub starts: &'a [Values],
 }
 
 impl Profiled<'_> {
@@ -91,12 +97,14 @@ impl Profiled<'_> {
         let mut found = Vec::new();
         let Some(start) = profile.at(1.0, 0.0, &profile.estimate(), environment)? else { return Ok(found) };
         for side in [1.0, -1.0] {
-            let std = profile.wider(side, &start, environment)?;
-            found.extend(std.map(|std| (column, std)));
-            if std.is_some_and(|std| std > limit) {
+            let std = profile.wider(side, &start, environment)?.unwrap_or(std);
+            let std = profile.from_elsewhere(side, std, start.cost, environment)?;
+            found.push((column, std));
+            if std > limit {
                 break;
             }
         }
+        found.retain(|(_, wider)| *wider > std / LINEAR);
         Ok(found)
     }
 }
@@ -156,6 +164,33 @@ impl Profile<'_> {
         Ok((std > self.std / LINEAR).then_some(std))
     }
 
+    /// The same from other starts of the others, where that is still larger than `told`.
+    fn from_elsewhere(
+        &self,
+        side: f64,
+        told: f64,
+        lowest: f64,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<f64, EvaluateError> {
+        let mut std = told;
+        while std <= self.limit {
+            let distance = 2.0 * AWAY * std;
+            let starts =
+                self.of.starts.iter().map(|start| self.solved(side * distance, start, FROM_ELSEWHERE, environment));
+            let costs = starts.filter_map(|there| there.map(|there| there.0));
+            let growth = costs.fold(f64::INFINITY, f64::min) - lowest;
+            let deviations = (2.0 * growth / self.noise).max(0.0).sqrt().max(AWAY);
+            if distance / deviations <= std / LINEAR {
+                break;
+            }
+            std = distance / deviations;
+            if deviations > AWAY {
+                break;
+            }
+        }
+        Ok(std)
+    }
+
     fn estimate(&self) -> Point {
         Point { distance: 0.0, cost: 0.0, values: self.of.values.clone() }
     }
@@ -168,16 +203,30 @@ impl Profile<'_> {
         before: &Point,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Point>, EvaluateError> {
+        let start = self.led_by(side * (distance - before.distance), before)?;
+        let there = self.solved(side * distance, &start, ITERATIONS, environment);
+        Ok(there.map(|(cost, values)| Point { distance, cost, values }))
+    }
+
+    /// What it costs, and where the others are, with the parameter fixed so far from its estimate. Nothing where that cannot be solved.
+    fn solved(
+        &self,
+        away: f64,
+        start: &Values,
+        iterations: usize,
+        environment: &SolveEnvironment<'_>,
+    ) -> Option<(f64, Values)> {
         let Profiled { problem, values: estimate, reference, .. } = self.of;
         let block = problem.columns()[self.column].block;
-        let mut start = self.led_by(side * (distance - before.distance), before)?;
-        start.set(block, &[estimate.scalar(block) + side * distance]);
-        let mut fixed = problem.with_fixed(&[block], "looked at");
-        if let Some(reference) = reference {
-            fixed = fixed.with_reference((*reference).clone());
-        }
-        let Ok(there) = environment.within(ITERATIONS).solve(&fixed, &start) else { return Ok(None) };
-        Ok(Some(Point { distance, cost: there.cost, values: there.values }))
+        let mut start = start.clone();
+        start.set(block, &[estimate.scalar(block) + away]);
+        let fixed = problem.with_fixed(&[block], "looked at");
+        let fixed = match reference {
+            Some(reference) => fixed.with_reference((*reference).clone()),
+            None => fixed,
+        };
+        let there = environment.within(iterations).solve(&fixed, &start).ok()?;
+        Some((there.cost, there.values))
     }
 
     /// Where the linear model at `from` has the others with the parameter so much farther.
@@ -241,8 +290,14 @@ mod tests {
         builder.add_factor(Factor::new(Automatic(Flattened(blocks)), noise));
         let (problem, values) = builder.build().unwrap();
         let analysis = RankAnalysis::new(&problem, &values).unwrap();
-        let profiled =
-            Profiled { problem: &problem, values: &values, analysis: &analysis, reference: None, matters: 0.05 };
+        let profiled = Profiled {
+            problem: &problem,
+            values: &values,
+            analysis: &analysis,
+            reference: None,
+            matters: 0.05,
+            starts: &[],
+        };
         let found = with_environment(|w| profiled.wider(&[(0, limit)], w)).unwrap();
         found.into_iter().map(|(_, std)| std).reduce(f64::max)
     }
@@ -259,5 +314,44 @@ mod tests {
     fn what_is_nearly_linear_or_known_well_enough_stays() {
         assert_eq!(reported(0.05, 0.5), None, "sinh(0.2)/4 is 0.0503");
         assert_eq!(reported(0.5, 20.0), None, "a fortieth of its limit");
+    }
+
+    /// `x (10 − 9 y)` and `30 y (y − 1)`: where `y` is zero `x` is known to 0.1, where it is one to 1, and both explain the readings.
+    #[derive(Debug)]
+    struct TwoValleys([BlockId; 2]);
+
+    impl Formula for TwoValleys {
+        fn blocks(&self) -> &[BlockId] {
+            &self.0
+        }
+
+        fn len(&self) -> usize {
+            2
+        }
+
+        fn evaluate<N: Number>(&self, p: LocalNumbers<'_, N>, residual: &mut [N]) -> Result<(), EvaluateError> {
+            let (x, y) = (p.scalar(0), p.scalar(1));
+            (residual[0], residual[1]) = (x * (-y * 9.0 + 10.0), y * (y - 1.0) * 30.0);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn who_begins_elsewhere_finds_the_wider_of_two_valleys() {
+        let mut builder = ProblemBuilder::new();
+        let blocks = ["x", "y"].map(|name| builder.add_block(Block::scalar(name, ""), &[0.0]));
+        builder.add_factor(Factor::new(Automatic(TwoValleys(blocks)), Noise::independent(&[1.0, 1.0]).unwrap()));
+        let (problem, values) = builder.build().unwrap();
+        let analysis = RankAnalysis::new(&problem, &values).unwrap();
+        let mut other = values.clone();
+        other.set(blocks[1], &[1.0]);
+        let told = |starts: &[Values]| {
+            let (problem, values, analysis) = (&problem, &values, &analysis);
+            let profiled = Profiled { problem, values, analysis, reference: None, matters: 0.05, starts };
+            with_environment(|w| profiled.wider(&[(0, 1.5)], w)).unwrap()
+        };
+        assert_eq!(told(&[]), [], "who follows the valley does not see the other");
+        let stds: Vec<f64> = told(&[other]).into_iter().map(|(_, std)| std).collect();
+        assert!(!stds.is_empty() && stds.iter().all(|std| (std - 1.0).abs() < 1e-3), "{stds:?}");
     }
 }

@@ -41,8 +41,12 @@ impl Solved {
         };
         let reported: Vec<(usize, f64)> = determined.filter_map(reported).collect();
         let (values, analysis) = (&self.estimate.values, &self.analysis);
-        let matters = share_that_matters(mostly_open(session, &judgement));
-        let profiled = Profiled { problem, values, analysis, reference: reference.as_ref(), matters };
+        let mostly_open = mostly_open(session, &judgement);
+        let matters = share_that_matters(mostly_open);
+        // Where much is open, valleys beside the one that was found explain the readings as well.
+        let starts = if mostly_open { self.open_as_declared(session).into_iter().collect() } else { Vec::new() };
+        let reference = reference.as_ref();
+        let profiled = Profiled { problem, values, analysis, reference, matters, starts: &starts };
         let profiles = profiled.wider(&reported, environment)?;
         Ok(Solved { profiles, ..self })
     }

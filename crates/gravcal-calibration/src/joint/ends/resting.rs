@@ -14,7 +14,7 @@
 //!
 //! Why it is so, and what was tried: `docs/decisions/resting.md`.
 
-use gravcal_estimation::{Estimate, Reference, Values};
+use gravcal_estimation::{Estimate, Problem, Reference, Values};
 use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
@@ -34,6 +34,9 @@ const ROUNDS: usize = 3;
 const BEYOND_ERRORS: f64 = 2.0;
 /// Iterations of each at most.
 const ITERATIONS: usize = 3000;
+/// How often one goes on at most, and how little it lowers ½ χ² then if it has ended.
+const MORE: usize = 50;
+const NOTHING: f64 = 1e-7;
 
 impl Solved {
     /// The same with what is open at its declared values, or as near to them as the readings let it be.
@@ -49,19 +52,22 @@ impl Solved {
         let stays = open.is_empty() || !self.is_minimum_of_all() || !self.built.problem.constraints().is_empty();
         let Some(reference) = self.built.problem.reference().filter(|_| !stays) else { return Ok(self) };
         let firm = reference.times_as_firm(WITHIN_USE);
+        let starts = [self.open_as_declared(session), Some(self.estimate.values.clone())];
+        let rests = starts.into_iter().flatten();
+        let mut rests = rests.map(|start| self.where_it_rests(session, &start, &firm, environment));
+        let growth = |cost: f64| (cost - self.estimate.cost).max(0.0);
+        let plausible = |(_, cost): &(Values, f64)| {
+            as_of_one_direction(growth(*cost), open.len(), self.freedom_of_found_noise(session)) <= IMPLAUSIBLE
+        };
         // What cannot be solved there says nothing.
-        let Ok(values) = self.where_it_rests(session, &open, &firm, environment) else { return Ok(self) };
-        let cost = self.built.problem.without_reference().cost(&values)?;
-        let growth = (cost - self.estimate.cost).max(0.0);
-        if as_of_one_direction(growth, open.len(), self.freedom_of_found_noise(session)) > IMPLAUSIBLE {
-            return Ok(self);
-        }
+        let Some((values, cost)) = rests.find_map(|found| found.ok().filter(plausible)) else { return Ok(self) };
+        let growth_at_rest = growth(cost);
         let problem = self.built.problem.with_reference(reference.centered_at(&values));
         let built = JointProblem { problem, ..self.built.clone() };
         let estimate = Estimate { values, cost, normal_equations: None, ..self.estimate.clone() };
         let rested = Solved::judged(self.readings.clone(), built, estimate)?;
         let ended = self.state(&State::nominal(session));
-        let mut rested = Solved { growth_at_rest: growth, ..self.replaced_by(rested) };
+        let mut rested = Solved { growth_at_rest, ..self.replaced_by(rested) };
         // The pull may lead over to another minimum. Then the one before is as likely.
         let is_another = rested.has_moved_from(session, &ended);
         rested.elsewhere.extend(is_another.then_some(ended));
@@ -88,28 +94,48 @@ impl Solved {
         session.parameters().into_iter().filter(is_open).collect()
     }
 
-    /// `x_k`.
+    /// `x_k`, and ½ χ² there.
     fn where_it_rests(
         &self,
         session: &Session,
-        open: &[ParameterId],
+        start: &Values,
         firm: &Reference,
         environment: &SolveEnvironment<'_>,
-    ) -> Result<Values, EstimateError> {
+    ) -> Result<(Values, f64), EstimateError> {
         let environment = environment.within(ITERATIONS);
-        let nominal = State::nominal(session);
-        let mut start = self.state(&nominal);
-        open.iter().for_each(|id| *start.value_mut(*id) = session.nominal(*id));
-        let start = start_around(session, &self.readings, &start)?;
-        let mut values = self.built.starting_at(session, &self.readings, &start).initial;
-        let mut center = self.built.starting_at(session, &self.readings, &nominal).initial;
+        let mut values = start.clone();
+        let mut center = self.built.starting_at(session, &self.readings, &State::nominal(session)).initial;
         for _ in 0..ROUNDS {
             let pulled = self.built.problem.with_reference(firm.centered_at(&center));
-            values = environment.solve(&pulled, &values)?.values;
+            values = to_the_end(&pulled, &values, &environment)?;
             center = values.clone();
         }
-        Ok(values)
+        let cost = self.built.problem.without_reference().cost(&values)?;
+        Ok((values, cost))
     }
+
+    /// The solution with what is open as declared, and what is linear where it then explains the readings best. Nothing where that cannot be
+    /// said.
+    pub(super) fn open_as_declared(&self, session: &Session) -> Option<Values> {
+        let mut start = self.state(&State::nominal(session));
+        self.open(session).into_iter().for_each(|id| *start.value_mut(id) = session.nominal(id));
+        let start = start_around(session, &self.readings, &start).ok()?;
+        Some(self.built.starting_at(session, &self.readings, &start).initial)
+    }
+}
+
+/// Where a solve ends that goes on until it lowers the cost no more: along a bent valley each stops early.
+fn to_the_end(problem: &Problem, start: &Values, environment: &SolveEnvironment<'_>) -> Result<Values, EstimateError> {
+    let mut estimate = environment.solve(problem, start)?;
+    for _ in 0..MORE {
+        let next = environment.solve(problem, &estimate.values)?;
+        let lowered = estimate.cost - next.cost;
+        estimate = next;
+        if lowered < NOTHING {
+            break;
+        }
+    }
+    Ok(estimate.values)
 }
 
 #[cfg(test)]

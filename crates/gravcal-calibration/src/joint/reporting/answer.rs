@@ -42,9 +42,9 @@ pub(in crate::joint) struct Conclusion {
     pub remarks: Vec<String>,
 }
 
-/// The solution with what is nearby and with profiles, by one method whichever found it: where the readings say next to nothing, methods end at
-/// different places of the same valley, and what is told must not depend on that.
-fn judged_by_one_method(
+/// The solution after a look at where else the truth may lie, and with what is known there. One method looks, whichever found the solution: where
+/// the readings say next to nothing, methods end at different places of the same valley, and what is told must not depend on that.
+fn looked_at_by_one_method(
     solved: Solved,
     session: &Session,
     environment: &SolveEnvironment<'_>,
@@ -52,6 +52,8 @@ fn judged_by_one_method(
     let judge = environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok());
     let by_judge = judge.as_ref().map(|judge| environment.by(judge.as_ref()));
     let environment = by_judge.as_ref().unwrap_or(environment);
+    let solved = solved.near_declared(session, environment)?.or_mirrored_standing(session, environment)?;
+    environment.report("judging what is determined");
     solved.with_nearby(session, environment)?.with_profiles(session, environment)
 }
 
@@ -67,11 +69,8 @@ impl Answer {
         wanted: TestsWanted,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Answer, EstimateError> {
-        let solved = solve(session, readings, known, environment)?
-            .near_declared(session, environment)?
-            .or_mirrored_standing(session, environment)?;
-        environment.report("judging what is determined");
-        let solved = judged_by_one_method(solved, session, environment)?;
+        let solved = solve(session, readings, known, environment)?;
+        let solved = looked_at_by_one_method(solved, session, environment)?;
         // What was stopped on its way explains the readings badly whatever the model.
         let unexplained = solved.unexplained_sizes(session)?;
         let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
