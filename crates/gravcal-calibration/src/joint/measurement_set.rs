@@ -261,3 +261,31 @@ pub(super) fn stated(session: &Session) -> Vec<f64> {
     let variance = |error: UnexplainedError| if let UnexplainedError::Stated { std } = error { std * std } else { 0.0 };
     session.unexplained_errors().into_iter().map(variance).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::first_noise;
+    use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
+
+    /// Sensors differ in their units: torques are compared.
+    #[test]
+    fn a_first_guess_of_noise_is_a_share_of_the_spread_but_of_no_joint_less_than_of_the_largest_torque() {
+        let mut session = sarcos_shoulder().session(0);
+        for (joint, gain) in [10.0, 10.0, -1000.0].into_iter().enumerate() {
+            session.joints[joint].parameters[0].nominal = gain;
+        }
+        // Torques of 30, 0.5 and 40 N·m: the second carries nothing.
+        let noise = first_noise(&session, &[300.0, 5.0, 40_000.0]);
+        for (found, expected) in noise.iter().zip([3.0, 1e-3 * 40.0 * 10.0, 400.0]) {
+            assert!((found / expected - 1.0).abs() < 1e-12, "{noise:?}");
+        }
+        assert_eq!(first_noise(&session, &[0.0; 3]), [1.0; 3], "of no readings any will do");
+    }
+
+    #[test]
+    fn instruments_have_no_share_of_the_largest_torque() {
+        let session = sarcos_with_instruments().session(0);
+        let spreads: Vec<f64> = (0..12).map(|channel| if channel < 3 { 1e6 } else { 1.0 }).collect();
+        assert_eq!(first_noise(&session, &spreads)[3..], [0.01; 9]);
+    }
+}

@@ -214,3 +214,127 @@ impl Situation<'_> {
         &self.session.robot.chain.joints()[index].name
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_robot_model::parameter::SensorParameter::{PositionGain, PositionOffset, TorqueBias, TorqueGain};
+
+    use super::*;
+    use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
+
+    /// All torques are read, on a base that leans.
+    fn situation(session: &Session) -> Situation<'_> {
+        Situation {
+            session,
+            gravity: [1.0, 0.0, -9.7],
+            read: vec![true; 3],
+            unread: Vec::new(),
+            on_bound: Vec::new(),
+            gravity_free: vec![false; 3],
+        }
+    }
+
+    fn of(parameters: &[(usize, SensorParameter, f64)]) -> Combination {
+        let parameters = parameters.iter().map(|(joint, of, c)| (ParameterId::Sensor(*joint, *of), *c)).collect();
+        Combination { parameters, gravity: false, std_over_limit: None }
+    }
+
+    fn common_scale() -> Combination {
+        of(&[(0, TorqueGain, 0.5), (1, TorqueGain, 0.5), (2, TorqueGain, 0.5)])
+    }
+
+    #[test]
+    fn a_common_scale_is_one_of_all_joints_that_carry_gravity_in_equal_parts() {
+        let session = sarcos_shoulder().session(0);
+        let words = |situation: &Situation<'_>, combination: &Combination| situation.report(combination).combination;
+        let all = situation(&session);
+        assert_eq!(words(&all, &common_scale()), "common scale of all torque gains");
+        let unequal = of(&[(0, TorqueGain, 0.5), (1, TorqueGain, 0.4), (2, TorqueGain, 0.5)]);
+        let two = of(&[(1, TorqueGain, 0.5), (2, TorqueGain, 0.5)]);
+        let with_gravity = Combination { gravity: true, ..common_scale() };
+        let with_another = of(&[(0, TorqueGain, 0.5), (1, TorqueGain, 0.5), (2, PositionGain, 0.5)]);
+        for other in [unequal, two.clone(), with_gravity, with_another] {
+            assert!(!words(&all, &other).contains("common"), "{other:?}");
+        }
+        let first_is_free = Situation { gravity_free: vec![true, false, false], ..situation(&session) };
+        assert_eq!(words(&first_is_free, &two), "common scale of all torque gains");
+    }
+
+    /// Each cure is what is missing first.
+    #[test]
+    fn the_cure_of_a_common_scale_is_the_next_thing_that_is_missing() {
+        let full = sarcos_shoulder().session(0);
+        let cure = |session: &Session| situation(session).report(&common_scale()).cure;
+        let with_poses = |kept: fn(Option<usize>) -> bool| {
+            let poses = full.poses.iter().filter(|pose| kept(pose.load)).cloned().collect();
+            Session { poses, ..full.clone() }
+        };
+        assert!(cure(&with_poses(|load| load.is_none())).starts_with("attach a load of known mass to the last link"));
+        assert_eq!(cure(&with_poses(|load| load.is_some())), "record bare poses besides the loaded ones");
+        let apart = Session { load_distances: Vec::new(), ..full.clone() };
+        assert!(cure(&apart).starts_with("record the load at a second placement"));
+        assert!(cure(&full).starts_with("state the load's position in the link"));
+        let swept = Session { inertia: InertiaPrior::Sweep, ..full.clone() };
+        assert!(cure(&swept).starts_with("sweep the joints with the load"));
+        let known = InertiaPrior::Model { relative_std: vec![Some(0.1); 3] };
+        assert!(cure(&Session { inertia: known, ..full }).starts_with("state a gain as known"));
+    }
+
+    #[test]
+    fn only_an_upright_first_axis_is_cured_by_a_tilt() {
+        let session = sarcos_shoulder().session(0);
+        let tilts = |tilt: f64, combination: &Combination| {
+            let gravity = [9.8 * tilt.sin(), 0.0, -9.8 * tilt.cos()];
+            Situation { gravity, ..situation(&session) }.report(combination).cure.contains("tilt the base")
+        };
+        let first = of(&[(0, TorqueGain, 1.0), (0, PositionGain, 0.3)]);
+        assert!(tilts(0.0, &first) && tilts(0.9 * UPRIGHT, &first) && !tilts(1.1 * UPRIGHT, &first));
+        assert!(!tilts(0.0, &of(&[(1, TorqueGain, 1.0)])), "the second axis lies");
+        assert!(!tilts(0.0, &of(&[(0, TorqueGain, 1.0), (1, PositionGain, 1.0)])));
+    }
+
+    #[test]
+    fn a_cause_that_explains_more_is_told_before_others() {
+        let session = sarcos_shoulder().session(0);
+        let gain = ParameterId::Sensor(1, TorqueGain);
+        let alone = of(&[(1, TorqueGain, 1.0)]);
+        let why = |situation: Situation<'_>, combination: &Combination| situation.report(combination).why;
+        let (on_bound, unread, silent) = (vec![gain], vec![gain], vec![true, false, true]);
+        let worst = || Situation { on_bound: on_bound.clone(), unread: unread.clone(), ..situation(&session) };
+        assert!(why(worst(), &alone).contains("leans on its constraint"));
+        let no_bound = Situation { on_bound: Vec::new(), read: silent.clone(), ..worst() };
+        assert_eq!(why(no_bound, &alone), "no reading in use depends on it");
+        let unheard = || Situation { read: silent.clone(), ..situation(&session) };
+        assert_eq!(why(unheard(), &alone), "no torque reading of joint2 is used");
+        assert_eq!(why(unheard(), &of(&[(1, TorqueBias, 1.0)])), "no torque reading of joint2 is used");
+        assert!(!why(unheard(), &of(&[(1, PositionOffset, 1.0)])).contains("no torque reading"));
+        let gravity = Combination { gravity: true, ..of(&[]) };
+        assert!(why(situation(&session), &gravity).contains("too few directions"));
+        assert!(why(situation(&session), &alone).contains("masses and moments trade off"));
+        let both = of(&[(1, TorqueGain, 1.0), (1, PositionGain, 1.0)]);
+        assert_eq!(why(situation(&session), &both), "only their combination acts on the readings");
+        assert_eq!(situation(&session).report(&of(&[(1, PositionGain, 1.0)])).cure, MOVE_MORE);
+    }
+
+    #[test]
+    fn what_is_hopeless_is_not_put_in_numbers() {
+        let session = sarcos_shoulder().session(0);
+        let why = |ratio: f64| {
+            let combination = Combination { std_over_limit: Some(ratio), ..of(&[(1, PositionGain, 1.0)]) };
+            situation(&session).report(&combination).why
+        };
+        assert!(why(2.5).ends_with("(its standard deviation is 2.5 times what would be of use)"));
+        assert!(why(1e9).ends_with("(its standard deviation is more than 1000 times what would be of use)"));
+    }
+
+    #[test]
+    fn further_parameters_are_cured_by_what_each_needs_once() {
+        let mut session = sarcos_with_instruments().session(0);
+        for (parameter, cure) in session.further.iter_mut().zip(["warm up", "warm up", "cool down"]) {
+            parameter.cure = cure.into();
+        }
+        let parameters = (0..3).map(|place| (ParameterId::Further(place), 1.0)).collect();
+        let combination = Combination { parameters, gravity: false, std_over_limit: None };
+        assert_eq!(situation(&session).report(&combination).cure, "warm up; cool down");
+    }
+}

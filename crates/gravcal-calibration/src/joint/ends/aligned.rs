@@ -237,4 +237,35 @@ mod tests {
         let all = [vec![named(1.0)], vec![named(2.0)], vec![named(3.0)]];
         assert_eq!(values(all), [vec![1.0, 2.0], vec![1.0, 3.0], vec![2.0, 3.0], vec![1.0, 2.0, 3.0]]);
     }
+
+    /// The last joint's readings of the bare arm do not change over the poses where its link is balanced, and only that link is.
+    #[test]
+    fn a_balanced_end_carries_nothing() {
+        let session = sarcos_shoulder().session(0);
+        let readings = select(&session, Signals::All);
+        let mut solved = with_environment(|w| solve(&session, &readings, None, w)).unwrap();
+        let of_last = |solved: &super::Solved| -> f64 {
+            let rows = solved.built.rows.iter().zip(solved.gravity_readings(&session).unwrap());
+            let bare = rows.filter(|(row, _)| row.channel == 2 && session.poses[row.pose].load.is_none());
+            bare.map(|(_, reading)| reading.abs()).fold(0.0, f64::max)
+        };
+        assert!(of_last(&solved) > 100.0, "{}", of_last(&solved));
+        let ends = solved.balanced_ends(&session);
+        let [end] = ends.as_slice() else { panic!("{} ends", ends.len()) };
+        let [(block, body)] = end.as_slice() else { panic!("{} links", end.len()) };
+        assert_eq!(*block, solved.built.variables.inertia[2]);
+        assert_eq!(body[0], solved.estimate.values.get(*block)[0], "its mass stays");
+        solved.estimate.values.set(*block, body);
+        assert!(of_last(&solved) < 1e-6, "{}", of_last(&solved));
+    }
+
+    #[test]
+    fn an_end_whose_moments_are_fixed_cannot_be_balanced() {
+        let session = sarcos_shoulder().session(0);
+        let readings = select(&session, Signals::All);
+        let mut solved = with_environment(|w| solve(&session, &readings, None, w)).unwrap();
+        let last = solved.built.variables.inertia[2];
+        solved.built.problem = solved.built.problem.with_fixed(&[last], "known");
+        assert!(solved.balanced_ends(&session).is_empty());
+    }
 }

@@ -216,4 +216,69 @@ mod tests {
         // The other end lies within two of the standard deviations that are told.
         assert!((widened.uncertainty.covariance().std(column) / (5.0 * std) - 1.0).abs() < 1e-9);
     }
+
+    /// All that is determined, by all of the readings; and what half of the poses would say at the same values.
+    fn with_half_nearby(share: f64) -> (Session, Solved) {
+        let session = sarcos_shoulder().session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+        let (problem, poses) = (solved.judged_problem(), solved.built.poses);
+        let half = problem.factors().iter().enumerate().filter(|(place, _)| *place >= poses || place % 2 == 0);
+        let half = problem.with_factors(half.map(|(_, factor)| factor.clone()).collect()).unwrap();
+        let values = solved.estimate.values.clone();
+        let analysis = RankAnalysis::new(&half, &values).unwrap();
+        let nearby = vec![Nearby { values, analysis, share, open: Vec::new() }];
+        (session, Solved { nearby, ..solved })
+    }
+
+    #[test]
+    fn no_standard_deviation_is_less_than_its_share_of_one_nearby() {
+        for share in [1.0, 0.8, 0.1] {
+            let (session, solved) = with_half_nearby(share);
+            let [here, there] = [&solved.analysis, &solved.nearby[0].analysis].map(|a| a.covariance().clone());
+            let asked = solved.limits_of_use(&session);
+            let widened = solved.widened(&session);
+            for (column, _) in asked {
+                let expected = here.std(column).max(share * there.std(column));
+                let told = widened.covariance().std(column);
+                assert!((told - expected).abs() <= 1e-9 * expected, "{column}: {told} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn beyond_the_limit_of_use_nothing_is_widened() {
+        let (session, solved) = with_half_nearby(1e9);
+        let asked = solved.limits_of_use(&session);
+        let known: Vec<usize> =
+            asked.iter().map(|(column, _)| *column).filter(|column| solved.covariance().std(*column) > 0.0).collect();
+        let widened = solved.widened(&session);
+        for (column, limit) in asked.into_iter().filter(|(column, _)| known.contains(column)) {
+            assert!((widened.covariance().std(column) / limit - 1.0).abs() < 1e-9, "{column}");
+        }
+    }
+
+    #[test]
+    fn a_profile_that_says_less_widens_its_column_alone() {
+        let (session, solved) = with_half_nearby(0.0);
+        let before = solved.covariance().clone();
+        let (first, second) = (3, 4);
+        let profiles = vec![(first, 3.0 * before.std(first)), (second, 0.5 * before.std(second))];
+        let after = Solved { profiles, ..solved }.widened(&session);
+        let ratio = |column: usize| after.covariance().std(column) / before.std(column);
+        assert!((ratio(first) - 3.0).abs() < 1e-9 && (ratio(second) - 1.0).abs() < 1e-12);
+    }
+
+    /// `√(σ² + (3σ)² + (4σ)²)`.
+    #[test]
+    fn what_the_model_lacks_adds_to_the_variance() {
+        let (_, solved) = with_half_nearby(0.0);
+        let (before, count) = (solved.covariance().clone(), solved.judged_problem().columns().len());
+        let moved = |times: f64| -> Vec<f64> {
+            (0..count).map(|column| if column == 5 { times * before.std(column) } else { 0.0 }).collect()
+        };
+        let after = solved.widened_by(&[moved(3.0), moved(-4.0)]);
+        let ratio = |column: usize| after.covariance().std(column) / before.std(column);
+        assert!((ratio(5) - 26.0_f64.sqrt()).abs() < 1e-9 && (ratio(6) - 1.0).abs() < 1e-12);
+    }
 }

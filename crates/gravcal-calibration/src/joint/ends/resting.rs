@@ -208,4 +208,51 @@ mod tests {
         let resting = rested(&session, 1.0);
         assert_eq!((resting.open(&session).len(), resting.growth_at_rest), (0, 0.0));
     }
+
+    /// What resting moves beyond its errors was another place that explains the readings: it is not forgotten.
+    #[test]
+    fn where_resting_moves_gravity_the_place_before_is_kept_beside() {
+        let session = leaning(0.0);
+        let nominal = State::nominal(&session);
+        let from_turned = |turn: f64| {
+            let readings = select(&session, Signals::All);
+            with_environment(|environment| {
+                let Solved { readings, built, mut estimate, .. } = solve(&session, &readings, None, environment)?;
+                let g = Vector3::from_column_slice(estimate.values.get(built.variables.gravity));
+                let turned = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), turn) * g;
+                estimate.values.set(built.variables.gravity, turned.as_slice());
+                // As if the readings were explained there, too.
+                Solved::judged(readings, built, estimate)?.resting_as_declared(&session, environment)
+            })
+            .unwrap()
+        };
+        assert!(from_turned(0.0).elsewhere.is_empty());
+        let rested = from_turned(0.05);
+        let [before] = rested.elsewhere.as_slice() else { panic!("{} are kept", rested.elsewhere.len()) };
+        let here = rested.state(&nominal);
+        let apart = Vector3::from(before.gravity).angle(&Vector3::from(here.gravity));
+        assert!((apart - 0.05).abs() < 0.01, "{apart}");
+    }
+
+    #[test]
+    fn two_standard_deviations_are_no_other_place() {
+        let session = leaning(0.3);
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+        let here = solved.state(&State::nominal(&session));
+        let gravity_std = Matrix3::from_row_slice(&solved.gravity_covariance()).trace().sqrt();
+        let gravity_moved = |deviations: f64| {
+            let mut before = here.clone();
+            before.gravity[1] += deviations * gravity_std;
+            solved.has_moved_from(&session, &before)
+        };
+        assert!(gravity_moved(2.01) && !gravity_moved(1.99));
+        let second = ParameterId::Sensor(1, SensorParameter::PositionOffset);
+        let parameter_moved = |deviations: f64| {
+            let mut before = here.clone();
+            *before.value_mut(second) -= deviations * solved.parameter_std(second);
+            solved.has_moved_from(&session, &before)
+        };
+        assert!(parameter_moved(2.01) && !parameter_moved(1.99));
+    }
 }

@@ -236,3 +236,118 @@ impl Hypothesis {
         Mistake { what, advice }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::{Signals, select, solve};
+    use crate::testing::{sarcos_shoulder, with_environment};
+    use gravcal_robot_model::session::{ParameterPrior, PriorKind};
+
+    /// A shoulder whose session takes the second position offset for exact and is wrong by so much, rad, solved; and the session that is right.
+    fn with_wrong_offset(off: f64) -> (Session, Solved, Session) {
+        let simulation = sarcos_shoulder();
+        let truth = simulation.truth.sensors[1][SensorParameter::PositionOffset as usize];
+        let with = |nominal: f64| {
+            let mut session = simulation.session(0);
+            session.joints[1].parameters[SensorParameter::PositionOffset as usize] =
+                ParameterPrior { nominal, kind: PriorKind::Fixed };
+            session
+        };
+        let (wrong, right) = (with(truth + off), with(truth));
+        let readings = select(&wrong, Signals::All);
+        let solved = with_environment(|environment| solve(&wrong, &readings, None, environment)).unwrap();
+        (wrong, solved, right)
+    }
+
+    /// Where the right session starts.
+    fn start(right: &Session, solved: &Solved) -> State {
+        let mut start = solved.state(&State::nominal(right));
+        start.sensors[1][SensorParameter::PositionOffset as usize] =
+            right.joints[1].of(SensorParameter::PositionOffset).nominal;
+        start
+    }
+
+    /// By how much the right session is likelier, and whether that is beyond doubt after so many were tried.
+    fn gain_and_verdicts(off: f64, tried: impl Fn(f64) -> [usize; 2]) -> (f64, [bool; 2]) {
+        let (wrong, solved, right) = with_wrong_offset(off);
+        with_environment(|environment| {
+            let start = start(&right, &solved);
+            let other = solve_from(&right, &solved.readings, start.clone(), environment)?;
+            let gain = solved.minus_log_likelihood(&wrong)? - other.minus_log_likelihood(&right)?;
+            let decided = |tried: usize| {
+                let made = (&right, solved.readings.clone(), start.clone());
+                decisively_likelier(made, (&wrong, &solved), tried, environment)
+            };
+            let [a, b] = tried(gain);
+            Ok::<_, EstimateError>((gain, [decided(a)?, decided(b)?]))
+        })
+        .unwrap()
+    }
+
+    /// An error that makes the right session likelier by about this: it goes with the square of the error.
+    fn error_of_gain(gain: f64) -> f64 {
+        let off = 0.01;
+        let (of_this, _) = gain_and_verdicts(off, |_| [1, 1]);
+        off * (gain / of_this).sqrt()
+    }
+
+    #[test]
+    fn of_many_that_were_tried_one_must_be_likelier_by_that_many_times() {
+        let (gain, verdicts) = gain_and_verdicts(error_of_gain(20.0), |gain| {
+            let most = (gain - DECISIVE).exp();
+            [(0.9 * most) as usize, (1.1 * most) as usize + 1]
+        });
+        assert!(gain > DECISIVE + 2.0 && gain < DECISIVE + 30.0, "{gain}");
+        assert_eq!(verdicts, [true, false], "{gain}");
+    }
+
+    #[test]
+    fn what_is_not_beyond_doubt_is_no_mistake() {
+        let (gain, verdicts) = gain_and_verdicts(error_of_gain(6.0), |_| [1, 1]);
+        assert!(gain > 0.0 && gain < DECISIVE, "{gain}");
+        assert_eq!(verdicts, [false, false]);
+    }
+
+    /// A session of so few readings that noise found from them may be anything names nothing, however well something else explains them.
+    #[test]
+    fn noise_that_few_readings_found_accuses_nobody() {
+        let (mut wrong, _, mut right) = with_wrong_offset(0.1);
+        for session in [&mut wrong, &mut right] {
+            session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
+        }
+        let decided = |every: usize| {
+            let readings = select(&wrong, Signals::All).only(|pose, _| pose % every == 0);
+            with_environment(|environment| {
+                let solved = solve(&wrong, &readings, None, environment)?;
+                let (rows, rank) = (solved.judged_problem().rows(), solved.analysis.rank());
+                let made = (&right, solved.readings.clone(), start(&right, &solved));
+                let decided = decisively_likelier(made, (&wrong, &solved), 1, environment)?;
+                Ok::<_, EstimateError>((rows as f64 / rank as f64, decided))
+            })
+            .unwrap()
+        };
+        let ((many, of_many), (few, of_few)) = (decided(6), decided(45));
+        assert!(many > 1.5 && of_many, "{many}");
+        assert!(few < 1.5 && !of_few, "{few}");
+    }
+
+    #[test]
+    fn each_hypothesis_is_its_own_reverse() {
+        let mut session = sarcos_shoulder().session(0);
+        session.loads.truncate(1);
+        session.poses.iter_mut().for_each(|pose| pose.load = pose.load.map(|_| 0));
+        let hypotheses = hypotheses(&session);
+        assert!(hypotheses.contains(&Hypothesis::LoadExchanged) && hypotheses.len() == 3 + 3 + 3 + 1 + 1);
+        for hypothesis in hypotheses {
+            let once = hypothesis.made(&session);
+            let twice = hypothesis.made(&once);
+            let said = |session: &Session| {
+                let gains: Vec<f64> = session.joints.iter().map(|joint| joint.parameters[2].nominal).collect();
+                (session.poses.clone(), gains, session.gravity.hemisphere)
+            };
+            assert!(said(&once) != said(&session), "{hypothesis:?} changes nothing");
+            assert!(said(&twice) == said(&session), "{hypothesis:?}");
+        }
+    }
+}

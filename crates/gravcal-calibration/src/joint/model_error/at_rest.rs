@@ -207,7 +207,90 @@ impl Sides {
 
 #[cfg(test)]
 mod tests {
+    use gravcal_robot_model::session::Searched;
+
     use super::*;
+    use crate::joint::solving::solve_from::solve_built;
+    use crate::joint::{Signals, build_problem, select};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    /// A shoulder that was found standing in a recording, with the side from which each joint came to each pose.
+    fn standing(side: impl Fn(usize, usize) -> f64) -> Session {
+        let mut session = sarcos_shoulder().session(0);
+        for (number, pose) in session.poses.iter_mut().enumerate() {
+            pose.conditions.direction = (0..3).map(|joint| side(number, joint)).collect();
+        }
+        let (standstills, path) = (Some(Default::default()), "recording.csv".into());
+        session.searched = vec![Searched { path, standstills, sweeps: None, windows: None, remarks: Vec::new() }];
+        session
+    }
+
+    /// The readings of all joints with errors of these variances.
+    fn with_errors(session: &Session, unexplained: [f64; 3]) -> MeasurementSet {
+        MeasurementSet { unexplained: unexplained.to_vec(), ..select(session, Signals::All) }
+    }
+
+    /// Three times the scatter of a mean square of `n` readings, `√(2/n) σ²`.
+    #[test]
+    fn errors_are_beyond_chance_where_noise_would_hardly_scatter_so() {
+        let session = sarcos_shoulder().session(0);
+        let (readings, noise) = (session.poses.len() as f64, 0.8_f64 * 0.8);
+        let least = 3.0 * (2.0 / readings).sqrt() * noise;
+        let errs = |variance: f64| with_errors(&session, [0.0, variance, 0.0]).errs_beyond_chance(&session, 1);
+        assert!(errs(1.001 * least) && !errs(0.999 * least));
+        assert!(!with_errors(&session, [0.0, 1.0, 0.0]).errs_beyond_chance(&session, 2));
+    }
+
+    #[test]
+    fn what_friction_leaves_is_an_unknown_where_errors_and_known_sides_say_so() {
+        let known = [LEAST, LEAST - 1, LEAST];
+        let session = standing(|pose, joint| if pose < known[joint] { 1.0 } else { 0.0 });
+        let readings = with_errors(&session, [0.49, 0.49, 1e-6]);
+        let with = readings.with_friction_at_rest(&session).unwrap();
+        // Two standard deviations of the errors; the second joint's sides are not known, the third's errors are noise.
+        assert_eq!(with.at_rest, [2.0 * 0.7, 0.0, 0.0]);
+        assert!(with.with_friction_at_rest(&session).is_none(), "it is looked for once");
+        assert!(with_errors(&session, [0.0; 3]).with_friction_at_rest(&session).is_none());
+        let of_tables = Session { searched: Vec::new(), ..session };
+        assert!(readings.with_friction_at_rest(&of_tables).is_none(), "of tables nothing is known");
+    }
+
+    #[test]
+    fn where_nobody_knows_the_side_what_friction_leaves_is_an_error_of_either_sign() {
+        let session = standing(|pose, _| [1.0, 0.0, -1.0][pose % 3]);
+        let readings = MeasurementSet { at_rest: vec![1.5, 0.0, 0.0], ..select(&session, Signals::All) };
+        let of = |pose, joint| readings.of_unknown_side(&session, pose, joint);
+        assert_eq!([of(0, 0), of(1, 0), of(2, 0), of(1, 1)], [0.0, 2.25, 0.0, 0.0]);
+        let mut tables = session.clone();
+        tables.poses[1].conditions.direction.clear();
+        assert_eq!(readings.of_unknown_side(&tables, 1, 0), 0.0);
+    }
+
+    /// Friction of the first joint with a prior of this standard deviation, as the readings alone tell it.
+    fn told(std: f64) -> Option<OfReadings> {
+        let friction = 0.6;
+        let mut session = standing(|pose, _| if pose % 2 == 0 { 1.0 } else { -1.0 });
+        for pose in &mut session.poses {
+            let side = pose.conditions.direction[0];
+            pose.torque[0].as_mut().unwrap().value += friction * side;
+        }
+        let readings = MeasurementSet { at_rest: vec![std, 0.0, 0.0], ..select(&session, Signals::All) };
+        let built = build_problem(&session, &readings, &State::nominal(&session)).unwrap();
+        let solved = with_environment(|environment| solve_built(readings, built, environment)).unwrap();
+        solved.friction_at_rest(0)
+    }
+
+    #[test]
+    fn a_prior_is_taken_off_what_the_readings_tell() {
+        let free = told(1e3).unwrap();
+        assert!((free.size - 0.6).abs() < 4.0 * free.std, "{free:?}");
+        // As firm as the readings: half of the size is the prior's.
+        let firm = told(free.std).unwrap();
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 0.02;
+        assert!(near(firm.size, free.size) && near(firm.std, free.std), "{firm:?} {free:?}");
+        // The readings have a tenth of the prior's information at least: (1 / 0.33)² is 9.2 of it, (1 / 0.3)² is 11.1.
+        assert!(told(0.33 * free.std).is_some() && told(0.3 * free.std).is_none());
+    }
 
     #[test]
     fn chance_makes_no_joint_one_sided() {

@@ -176,3 +176,99 @@ impl Solved {
         (times > 1.0 + REMARKABLE && times.is_finite()).then(|| (session.parameter_name(gain), times))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::Termination;
+    use gravcal_robot_model::session::{Deflection, Searched};
+
+    use super::*;
+    use crate::joint::{Signals, build_problem, select, solve};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    /// A shoulder on an upright base that was found standing in a recording, with these errors beyond the noise.
+    fn standing(unexplained: f64) -> (Session, Solved) {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [0.0, 0.0, -9.8];
+        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+        let mut session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+        let (standstills, path) = (Some(Default::default()), "recording.csv".into());
+        session.searched = vec![Searched { path, standstills, sweeps: None, windows: None, remarks: Vec::new() }];
+        let readings = MeasurementSet { unexplained: vec![unexplained; 3], ..solved.readings.clone() };
+        let built = build_problem(&session, &readings, &solved.state(&State::nominal(&session))).unwrap();
+        (session, Solved::at_start(readings, built).unwrap())
+    }
+
+    /// `DEFLECTION` under the spread of each joint's torque, but no joint softer than for a tenth of the largest spread.
+    #[test]
+    fn joints_are_built_for_what_they_carry() {
+        let (session, solved) = standing(1.0);
+        let bending = Bending::of(&session, &solved).unwrap().unwrap();
+        let state = solved.state(&State::nominal(&session));
+        let swept = sweeping(&session);
+        let spreads: Vec<f64> = (0..3)
+            .map(|joint| {
+                let [gain, bias, ..] = state.sensors[joint];
+                let torques = session.poses.iter().enumerate().map(|(number, pose)| match swept[number] {
+                    Some(moving) if moving == joint => 0.0,
+                    _ => (pose.torque[joint].unwrap().value - bias) / gain,
+                });
+                spread(&torques.collect::<Vec<f64>>())
+            })
+            .collect();
+        assert!(spreads[0] < 0.05 * spreads[1], "the first joint carries nothing: {spreads:?}");
+        for joint in [1, 2] {
+            assert!((bending.std[joint] * spreads[joint] / 5e-3 - 1.0).abs() < 0.02, "{:?} {spreads:?}", bending.std);
+        }
+        let softest = 5e-3 / (0.1 * spreads[1].max(spreads[2]));
+        assert!((bending.std[0] / softest - 1.0).abs() < 0.02, "{:?} {spreads:?}", bending.std);
+    }
+
+    #[test]
+    fn bending_is_looked_for_where_errors_may_hide_it_and_nothing_says_how_stiff_joints_are() {
+        let (session, solved) = standing(1.0);
+        let looked_for = |session: &Session, solved: &Solved| Bending::of(session, solved).unwrap().is_some();
+        assert!(looked_for(&session, &solved));
+        let noise_alone = MeasurementSet { unexplained: vec![1e-6; 3], ..solved.readings.clone() };
+        let table = Session { searched: Vec::new(), ..session.clone() };
+        let mut swept = session.clone();
+        swept.searched[0].sweeps = Some(Default::default());
+        let stiff = [
+            Deflection { stiff: true, ..Deflection::default() },
+            Deflection { hold_std: Some(1e-3), ..Deflection::default() },
+            Deflection { pose_std: Some(1e-3), ..Deflection::default() },
+        ];
+        let stiff = stiff.map(|deflection| Session { deflection, ..session.clone() });
+        for other in stiff.iter().chain([&table, &swept]) {
+            assert!(!looked_for(other, &solved));
+        }
+        assert!(!looked_for(&session, &Solved { readings: noise_alone, ..solved }));
+    }
+
+    /// The torques that bend joints are taken anew where the deflections of the others are wrong by more than `SETTLED`.
+    #[test]
+    fn torques_are_taken_anew_where_joints_bend_otherwise_by_more_than_matters() {
+        let (session, solved) = standing(1.0);
+        let bending = Bending::of(&session, &solved).unwrap().unwrap();
+        let readings = MeasurementSet { bending: Some(Arc::new(bending.clone())), ..solved.readings.clone() };
+        let start = State { bending: vec![0.0, 1e-4, 0.0], ..solved.state(&State::nominal(&session)) };
+        let built = build_problem(&session, &readings, &start).unwrap();
+        let mut solved = Solved::at_start(readings, built).unwrap();
+        solved.estimate.termination = Termination::ZeroResidual;
+        let torques = solved.standing_torques(&session).unwrap();
+        let anew = |solved: &mut Solved, joint: usize, off: f64| {
+            let mut other = torques.clone();
+            other[40][joint] += off;
+            solved.readings.bending = Some(Arc::new(Bending { torques: other, ..bending.clone() }));
+            solved.bent_anew(&session).unwrap().map(|readings| readings.bending.unwrap().torques.clone())
+        };
+        // 1e-4 rad/(N·m) times 0.1 N·m is `SETTLED`.
+        assert_eq!(anew(&mut solved, 1, 0.099), None);
+        assert_eq!(anew(&mut solved, 1, -0.101), Some(torques.clone()));
+        assert_eq!(anew(&mut solved, 2, 1e3), None, "the third joint does not bend");
+        solved.estimate.termination = Termination::AsGiven;
+        assert_eq!(anew(&mut solved, 1, 1.0), None, "what has not converged says nothing");
+    }
+}

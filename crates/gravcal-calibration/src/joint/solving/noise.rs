@@ -59,3 +59,55 @@ impl Solved {
         Ok(self.least_cost() + self.reading_residuals(session)?.into_iter().map(size).sum::<f64>())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::measurement_set::MeasurementSet;
+    use crate::joint::solving::solve_from::{solve_built, solve_from};
+    use crate::joint::variables::State;
+    use crate::joint::{Signals, build_problem, select};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    /// A shoulder of which every sixth pose is read, with or without stated noise.
+    fn few(stated: bool) -> (Session, MeasurementSet) {
+        let mut session = sarcos_shoulder().session(0);
+        if !stated {
+            session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
+        }
+        let readings = select(&session, Signals::All).only(|pose, _| pose % 6 == 0);
+        (session, readings)
+    }
+
+    fn solved(session: &Session, readings: &MeasurementSet) -> Solved {
+        let start = State::nominal(session);
+        with_environment(|environment| solve_from(session, readings, start, environment)).unwrap()
+    }
+
+    #[test]
+    fn stated_noise_counts_by_the_cost_alone() {
+        let (session, readings) = few(true);
+        let solved = solved(&session, &readings);
+        assert_eq!(solved.minus_log_likelihood(&session).unwrap(), solved.estimate.cost);
+    }
+
+    /// `½ χ² / f² + (n − rank) ln f` is least at the noise that the degrees of freedom give, and not at that which all readings would.
+    #[test]
+    fn noise_that_was_found_is_the_likeliest_by_its_degrees_of_freedom() {
+        let (session, readings) = few(false);
+        let found = solved(&session, &readings);
+        let at = |times: f64| {
+            let noise = found.readings.noise.iter().map(|noise| times * noise).collect();
+            let readings = MeasurementSet { noise, ..found.readings.clone() };
+            let built = build_problem(&session, &readings, &found.state(&State::nominal(&session))).unwrap();
+            let solved = with_environment(|environment| solve_built(readings, built, environment)).unwrap();
+            solved.minus_log_likelihood(&session).unwrap()
+        };
+        let (rows, rank) = (found.judged_problem().rows() as f64, found.analysis.rank() as f64);
+        let by_all = ((rows - rank) / rows).sqrt();
+        assert!(by_all < 0.96, "{by_all}");
+        let step = 1.0 - by_all;
+        let [less, own, more] = [1.0 - 0.4 * step, 1.0, 1.0 + 0.4 * step].map(at);
+        assert!(own < less && own < more, "{less} {own} {more}");
+    }
+}

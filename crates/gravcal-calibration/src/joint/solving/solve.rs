@@ -174,3 +174,94 @@ impl Solved {
         Ok(explained(session, self, self.least_chi_squared())?.misfit())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use gravcal_robot_model::parameter::SensorParameter::{PositionGain, PositionOffset, TorqueGain};
+
+    use super::*;
+    use crate::joint::building::build::build_problem;
+    use crate::joint::{Signals, select};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    /// A shoulder, its readings, and its solution as declared.
+    fn declared(environment: &SolveEnvironment<'_>) -> Result<(Session, MeasurementSet, Solved), EstimateError> {
+        let session = sarcos_shoulder().session(0);
+        let readings = select(&session, Signals::All);
+        let solved = solve(&session, &readings, None, environment)?;
+        Ok((session, readings, solved))
+    }
+
+    /// The same with the last axis counted from its other end: two gains of the other sign, and an offset half a turn on.
+    fn image(session: &Session, solved: &Solved, environment: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
+        let mut turned = solved.state(&State::nominal(session));
+        turned.sensors[1][PositionOffset as usize] += PI;
+        turned.sensors[2][TorqueGain as usize] *= -1.0;
+        turned.sensors[2][PositionGain as usize] *= -1.0;
+        let start = start_around(session, &solved.readings, &turned)?;
+        solve_from(session, &solved.readings, start, environment)
+    }
+
+    #[test]
+    fn of_ends_that_are_as_likely_the_one_with_fewer_signs_turned_is_the_answer() {
+        with_environment(|environment| {
+            let (session, readings, solved) = declared(environment)?;
+            let image = image(&session, &solved, environment)?;
+            let wrong = |solved: &Solved| not_as_declared(&session, &solved.state(&State::nominal(&session)));
+            assert_eq!((wrong(&solved), wrong(&image)), (0, 3));
+            assert!((image.estimate.cost - solved.estimate.cost).abs() < 1e-3, "an image reads the same");
+            let place = |solved: &Solved, later: f64| {
+                let minus_log_likelihood = solved.minus_log_likelihood(&session).unwrap() + later;
+                let start = solved.state(&State::nominal(&session));
+                [Place { minus_log_likelihood, values: solved.estimate.values.clone(), start }]
+            };
+            let (as_likely, of_image) = (place(&solved, 0.0), place(&image, 0.0));
+            let less_likely = place(&solved, DECISIVE + 0.1);
+            let again = |image: Solved, others| as_declared(&session, &readings, image, others, environment);
+            let kept = again(image, &less_likely)?;
+            assert_eq!(wrong(&kept), 3, "what is less likely beyond doubt is no answer");
+            assert_eq!(wrong(&again(kept, &as_likely)?), 0);
+            assert_eq!(wrong(&again(solved, &of_image)?), 0);
+            Ok::<_, EstimateError>(())
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn from_elsewhere_leads_to_the_end_that_is_as_declared_and_no_image_is_kept() {
+        with_environment(|environment| {
+            let (session, readings, solved) = declared(environment)?;
+            let sample = Sample::new(&session, &readings)?;
+            let least = solved.estimate.cost;
+            let image = image(&session, &solved, environment)?;
+            let found = lowest_elsewhere(&session, &readings, &sample, image, None, environment)?;
+            let nominal = State::nominal(&session);
+            assert_eq!(not_as_declared(&session, &found.state(&nominal)), 0);
+            assert!((found.estimate.cost - least).abs() < 1e-3);
+            assert!(found.elsewhere.iter().all(|other| turned_gains(&session, other).is_empty()));
+            Ok::<_, EstimateError>(())
+        })
+        .unwrap();
+    }
+
+    /// At nominal values nothing has converged: any minimum is likelier. At the minimum itself nothing else is.
+    #[test]
+    fn a_likelier_end_of_another_start_is_taken_and_no_other() {
+        with_environment(|environment| {
+            let (session, readings, solved) = declared(environment)?;
+            let sample = Sample::new(&session, &readings)?;
+            let (least, values) = (solved.estimate.cost, solved.estimate.values.clone());
+            let stays = lowest_elsewhere(&session, &readings, &sample, solved, None, environment)?;
+            assert_eq!(stays.estimate.values, values);
+            let built = build_problem(&session, &readings, &State::nominal(&session))?;
+            let nowhere = Solved::at_start(readings.clone(), built)?;
+            assert!(nowhere.estimate.cost > 2.0 * least);
+            let found = lowest_elsewhere(&session, &readings, &sample, nowhere, None, environment)?;
+            assert!(found.estimate.termination.converged() && (found.estimate.cost - least).abs() < 1e-3);
+            Ok::<_, EstimateError>(())
+        })
+        .unwrap();
+    }
+}

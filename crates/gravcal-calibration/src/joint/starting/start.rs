@@ -174,3 +174,76 @@ pub(crate) fn start_around(session: &Session, readings: &MeasurementSet, known: 
     let (_, solved) = LinearPart::new(session, &thinned(session, readings, POSES), known)?.solve(known);
     Ok(State { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::{Signals, select};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    #[test]
+    fn contenders_are_the_cheapest_that_are_apart() {
+        let session = sarcos_shoulder().session(0);
+        let pointing =
+            |angle: f64| State { gravity: [9.8 * angle.sin(), 0.0, -9.8 * angle.cos()], ..State::nominal(&session) };
+        let costs_and_angles = [(3.0, 0.0), (1.0, 0.2), (2.0, 0.2 + 0.9 * APART), (4.0, 0.2 + 1.1 * APART), (5.0, 1.0)];
+        let angles = |most: usize| -> Vec<f64> {
+            let candidates = costs_and_angles.map(|(cost, angle)| (cost, pointing(angle)));
+            let contenders = contenders(candidates.to_vec(), most);
+            contenders.iter().map(|state| (state.gravity[0] / -state.gravity[2]).atan()).collect()
+        };
+        let expected = [0.2, 0.2 + 1.1 * APART, 1.0];
+        assert!(angles(9).iter().zip(expected).all(|(found, angle)| (found - angle).abs() < 1e-12), "{:?}", angles(9));
+        assert_eq!((angles(9).len(), angles(2)), (3, angles(9)[..2].to_vec()));
+    }
+
+    /// Without a hemisphere, gravity the other way up explains the readings as well, with torques and masses of the other sign.
+    #[test]
+    fn ends_are_different_and_one_that_explains_is_enough() {
+        let mut simulation = sarcos_shoulder();
+        simulation.template.gravity.hemisphere = None;
+        let session = simulation.session(0);
+        let sample = Sample::new(&session, &select(&session, Signals::All)).unwrap();
+        with_environment(|environment| {
+            let ends = |known: Option<&State>, extent: Extent| -> Vec<f64> {
+                let ends = rough_ends(&session, &sample, known, extent, environment).unwrap();
+                ends.iter().map(|end| angle(&end.gravity, &simulation.truth.gravity)).collect()
+            };
+            let mut both = ends(None, Extent::All(FURTHER));
+            both.sort_by(f64::total_cmp);
+            assert!(both.len() == 2 && both[0] < 0.02 && both[1] > 3.12, "{both:?}");
+            assert_eq!(ends(None, Extent::All(1)).len(), 1);
+            // The truth explains the readings: nothing else is followed.
+            let one = ends(Some(&simulation.truth), Extent::Sufficient);
+            assert!(one.len() == 1 && one[0] < 0.02, "{one:?}");
+            assert_eq!(ends(Some(&simulation.truth), Extent::All(FURTHER)).len(), 2);
+        });
+    }
+
+    #[test]
+    fn known_values_start_where_they_explain_the_readings_and_do_not_where_they_mislead() {
+        let simulation = sarcos_shoulder();
+        let session = simulation.session(0);
+        let sample = Sample::new(&session, &select(&session, Signals::All)).unwrap();
+        // Values from which a few iterations do not lead to the truth, some of them.
+        let with_gain = |gain: f64| {
+            let mut state = simulation.truth.clone();
+            (state.sensors[1][2], state.sensors[2][2]) = (gain, -gain);
+            state
+        };
+        let misleading = [0.1, 0.3, 3.0].map(with_gain);
+        with_environment(|environment| {
+            let explained = |start: &State| sample.nearby(&session, start, 0.0, environment).cost < sample.explained();
+            assert!(!misleading.iter().all(explained));
+            let start = |known| best_start(&session, &sample, Some(known), environment).unwrap();
+            let nonlinear = |state: &State| state.sensors.iter().map(|[k, _, s, o]| [*k, *s, *o]).collect::<Vec<_>>();
+            let near = start(&simulation.truth);
+            assert_eq!((nonlinear(&near), near.gravity), (nonlinear(&simulation.truth), simulation.truth.gravity));
+            for known in &misleading {
+                let near = start(known);
+                assert!(explained(&near), "{near:?}");
+                assert!(angle(&near.gravity, &simulation.truth.gravity) < 0.02, "{near:?}");
+            }
+        });
+    }
+}
