@@ -4,6 +4,5 @@ pub(super) mod at_rest;
 pub(super) mod bending;
 pub(super) mod block_correlation;
 pub(super) mod contradicted_priors;
-pub(super) mod large_errors;
 pub(super) mod unexplained;
 pub(super) mod unexplained_size;

@@ -104,7 +104,7 @@ impl Answer {
     }
 
     /// Takes the values of a failed estimate back: only what was fixed has one.
-    pub fn withdraw(&mut self) {
+    pub fn withdraw_values(&mut self) {
         self.gravity = None;
         for parameter in self.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
             parameter.determined = false;

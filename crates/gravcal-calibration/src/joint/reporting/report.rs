@@ -10,7 +10,6 @@ use crate::joint::building::{constraints, modelled, sweep_moments};
 use crate::joint::error::EstimateError;
 use crate::joint::judging::model_tests::ModelTests;
 use crate::joint::judging::uncertainty::LEAST_FREEDOM;
-use crate::joint::mistakes::hypotheses::Mistake;
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::{Answer, Conclusion};
 use crate::joint::reporting::consistent::consistent_model;
@@ -206,42 +205,6 @@ pub(in crate::joint) fn report_parameters(
 
 const ALONG_CONSTRAINTS: &str = "Standard deviations hold along the active constraints: what these hold is taken as \
                                  known exactly.";
-
-/// A sign is decided by so many standard deviations.
-const SIGN_DECIDED: f64 = 5.0;
-
-/// A gain of the other sign than declared is the mirror image of a solution, not an answer. Nothing is said of what did not
-/// converge.
-pub(in crate::joint) fn mirrored_gains(
-    session: &Session,
-    solved: &Solved,
-    parameters: &[ParameterResult],
-) -> Vec<Mistake> {
-    let mut mirrored = Vec::new();
-    if !solved.estimate.termination.converged() {
-        return mirrored;
-    }
-    for (joint, ids) in solved.built.variables.sensors.iter().enumerate() {
-        for quantity in [SensorParameter::TorqueGain, SensorParameter::PositionGain] {
-            let name = quantity.name(&session.robot.chain.joints()[joint].name);
-            let value = solved.estimate.values.scalar(ids[quantity as usize]);
-            let std = parameters.iter().find(|p| p.name == name && p.determined).and_then(|p| p.std);
-            let decided = std.is_some_and(|std| value.abs() > SIGN_DECIDED * std);
-            if decided && value * session.joints[joint].of(quantity).nominal < 0.0 {
-                let kind = if quantity == SensorParameter::TorqueGain { "torque" } else { "position" };
-                let joint = &session.robot.chain.joints()[joint].name;
-                mirrored.push(Mistake {
-                    what: format!("reversed {kind} sensor: {joint}"),
-                    advice: format!(
-                        "{name} came out as {value:.4}, of the other sign than declared: the {kind} sensor of {joint} reads the \
-                         other way. If it is mounted so, say {kind}_sign = \"reversed\" in its [[joint]]."
-                    ),
-                });
-            }
-        }
-    }
-    mirrored
-}
 
 /// Combinations of moments and placements. Where gravity's sign is open, so is the sign of all of them.
 fn report_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<DeterminedMoment> {

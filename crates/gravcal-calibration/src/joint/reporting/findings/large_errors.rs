@@ -6,13 +6,13 @@ use gravcal_robot_model::session::Session;
 
 use crate::joint::mistakes::hypotheses::Mistake;
 use crate::joint::reporting::answer::Answer;
-use crate::joint::reporting::conclusion::of_instruments;
-use crate::joint::reporting::findings::Findings;
+use crate::joint::reporting::findings::instruments::of_instruments;
+use crate::joint::reporting::findings::verdict::Findings;
 use crate::result::UnexplainedResult;
 
 /// Errors of so large a share of what gravity makes a sensor read contradict the model; from the smaller one on they are told.
 const LARGE: f64 = 0.1;
-pub(in crate::joint) const WARNING: f64 = 0.03;
+const WARNING: f64 = 0.03;
 
 /// The errors of one channel.
 struct Errors {
@@ -30,8 +30,13 @@ impl Errors {
 }
 
 impl Answer {
+    /// Whether errors were found that are large beside what gravity makes their own channel read: they may excuse a mistake in the session.
+    pub(in crate::joint::reporting) fn has_large_unexplained_errors(&self) -> bool {
+        self.unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std)
+    }
+
     /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
-    pub(in crate::joint) fn remark_on_unexplained(&self, session: &Session, findings: &mut Findings) {
+    pub(in crate::joint::reporting) fn remark_on_unexplained(&self, session: &Session, findings: &mut Findings) {
         let reported = self.unexplained.iter().enumerate().filter_map(|(channel, size)| {
             let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
             let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
@@ -65,7 +70,7 @@ impl Answer {
     ///
     /// # Errors
     /// Where the model has no finite value at the solution.
-    pub(in crate::joint) fn remark_on_noise_found(
+    pub(in crate::joint::reporting) fn remark_on_noise_found(
         &self,
         session: &Session,
         findings: &mut Findings,
@@ -104,4 +109,60 @@ impl Answer {
 fn listed(mut errors: Vec<Errors>) -> String {
     errors.sort_by(|a, b| b.share.total_cmp(&a.share));
     errors.into_iter().map(|errors| errors.text).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::Termination;
+
+    use super::*;
+    use crate::joint::reporting::findings::testing::{answer, found};
+    use crate::joint::{Solved, State, build_problem};
+    use crate::testing::sarcos_shoulder;
+
+    fn errors(estimated: bool, share: f64) -> Option<UnexplainedResult> {
+        let (std, gravity_std) = (share * 100.0, 100.0);
+        Some(UnexplainedResult { std, estimated, times_noise: 1.0, gravity_std, share_of_gravity: Some(share) })
+    }
+
+    #[test]
+    fn unexplained_errors_are_told_from_three_percent_of_gravity_and_contradict_from_ten() {
+        let session = sarcos_shoulder().session(0);
+        let mut answer = answer(&session);
+        let mut told = |unexplained: [Option<UnexplainedResult>; 3]| {
+            answer.unexplained = unexplained.to_vec();
+            found(|findings| answer.remark_on_unexplained(&session, findings))
+        };
+        assert_eq!(told([errors(true, 0.029), None, errors(false, 0.5)]), (None, [vec![], vec![]]));
+        let (failure, [reasons, remarks]) = told([errors(true, 0.031), None, errors(true, 0.099)]);
+        assert!(failure.is_none() && reasons.is_empty() && remarks.len() == 1, "{failure:?} {reasons:?}");
+        // The largest share first.
+        assert!(remarks[0].contains("joint3 (9.9 count, 10 %), joint1 (3.1 count, 3 %)"), "{remarks:?}");
+        let (failure, [reasons, remarks]) = told([errors(true, 0.101), errors(true, 0.05), None]);
+        let failure = failure.unwrap();
+        assert!(failure.contains("joint1") && !failure.contains("joint2"), "{failure}");
+        assert!(reasons.len() == 1 && remarks.len() == 1 && remarks[0].contains("joint2"), "{reasons:?} {remarks:?}");
+    }
+
+    #[test]
+    fn noise_that_was_found_is_doubted_from_a_tenth_of_gravity() {
+        let mut session = sarcos_shoulder().session(0);
+        session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
+        let mut answer = answer(&session);
+        let (own, share_of_own) = answer.solved.noise_beside_gravity(&session).unwrap()[1].unwrap();
+        let state = answer.solved.state(&State::nominal(&session));
+        let mut doubts = |share: f64| {
+            let mut readings = answer.solved.readings.clone();
+            readings.noise[1] = own * share / share_of_own;
+            let built = build_problem(&session, &readings, &state).unwrap();
+            answer.solved = Solved::at_start(readings, built).unwrap();
+            answer.solved.estimate.termination = Termination::ZeroResidual;
+            let mut large = false;
+            let told = found(|findings| large = answer.remark_on_noise_found(&session, findings).unwrap());
+            (large, told.1[0].concat())
+        };
+        assert_eq!(doubts(0.099), (false, String::new()));
+        let (large, reason) = doubts(0.101);
+        assert!(large && reason.contains("joint2") && !reason.contains("joint1"), "{reason}");
+    }
 }

@@ -1,0 +1,56 @@
+//! An earlier calibration that the readings contradict.
+
+use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::session::Session;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::joint::error::EstimateError;
+use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::reporting::answer::Answer;
+use crate::joint::reporting::findings::verdict::Findings;
+use crate::joint::solved::Solved;
+use crate::joint::solving::solve_from::solve_from;
+use crate::joint::variables::State;
+
+/// Probability below which an earlier calibration is contradicted.
+const CONTRADICTED_PRIOR: f64 = 1e-4;
+
+impl Answer {
+    /// Holds an earlier calibration against the readings: χ² must not grow by more than chance where it is heeded.
+    pub(in crate::joint::reporting) fn remark_on_earlier(
+        &self,
+        session: &Session,
+        findings: &mut Findings,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<(), EstimateError> {
+        let solved = &self.solved;
+        if session.earlier.is_none() || !solved.estimate.termination.converged() {
+            return Ok(());
+        }
+        environment.report("holding the earlier calibration against the readings");
+        let alone = Session { earlier: None, ..session.clone() };
+        let start = solved.state(&State::nominal(session));
+        let without = solve_from(&alone, &solved.readings, start, environment)?;
+        let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
+        let gained = freedom(solved).saturating_sub(freedom(&without)) as f64;
+        let size = match session.noise_estimated().contains(&true) {
+            true => without.least_chi_squared() / freedom(&without).max(1) as f64,
+            false => 1.0,
+        };
+        let growth = (solved.least_chi_squared() - without.least_chi_squared()) / size;
+        let Ok(distribution) = ChiSquared::new(gained) else { return Ok(()) };
+        let p = distribution.sf(growth.max(0.0));
+        if without.estimate.termination.converged() && p < CONTRADICTED_PRIOR {
+            // Readings that are explained without it are not to blame.
+            let fail = if without.misfit(session)?.is_none() { Findings::fail_first } else { Findings::fail };
+            fail(findings, Mistake {
+                what: format!("the readings contradict the earlier calibration: χ² grows by {growth:.0} for {gained:.0} numbers"),
+                advice: "What [prior] knows is not what was read here: a base that was moved, links or loads that are not as \
+                         they were (leave them out of prior.unchanged), or a sensor that has changed (compare the two \
+                         calibrations, `gravcal compare`)."
+                    .into(),
+            });
+        }
+        Ok(())
+    }
+}
