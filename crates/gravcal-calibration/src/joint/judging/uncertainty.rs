@@ -77,7 +77,7 @@ impl Solved {
         session: &Session,
         misfit: Option<f64>,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
-        // What nothing tells the size of is not told: `conclusion.rs` says so.
+        // What nothing tells the size of is not told: `undetermined.rs` says so.
         let estimated = self.readings.noise_found(session) && self.freedom_of_noise(session).is_none();
         let robust = self.built.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);

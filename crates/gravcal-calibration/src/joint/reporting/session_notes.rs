@@ -1,0 +1,69 @@
+//! What every estimator's reader should know of a session, whatever comes out.
+
+use gravcal_robot_model::parameter::SensorParameter;
+use gravcal_robot_model::session::{PriorKind, Session};
+
+/// What every estimator's reader should know of frames, positions and loads.
+pub(crate) fn session_notes(session: &Session) -> Vec<String> {
+    let mut notes: Vec<String> = session.repeated_note().into_iter().collect();
+    notes.extend(session.unmoved_note());
+    notes.extend(base_frame_note(session));
+    notes.extend(load_mass_note(session));
+    notes.extend(mimic_notes(session));
+    for (joint, count) in session.robot.chain.joints().iter().zip(&session.saturated).filter(|(_, count)| **count > 0) {
+        notes.push(format!(
+            "{count} torque readings of {} are at an end of the sensor's range: left out, as the true ones may be \
+             anything beyond.",
+            joint.name
+        ));
+    }
+    notes.extend(session.searched.iter().flat_map(|searched| searched.notes(&session.readings)));
+    notes.extend(session.motion_notes());
+    notes.extend(session.selection_note());
+    let cut = session.robot.chain.cut_joints();
+    if !cut.is_empty() {
+        let end =
+            if session.robot.chain.is_serial() { "The chain ends at its tip" } else { "Branches end at their tips" };
+        notes.push(format!("{end}: what hangs there by {} is left out.", cut.join(", ")));
+    }
+    notes
+}
+
+/// What the torque gains take over from the loads.
+fn load_mass_note(session: &Session) -> Option<String> {
+    let open = session.joints.iter().any(|joint| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat);
+    let exact = |load: usize| !session.loads[load].is_unknown() && session.load_mass(load).is_none();
+    let carried = session.poses.iter().any(|pose| pose.load.is_some_and(exact));
+    (open && carried).then(|| {
+        "Torque gains are measured against the loads' masses, taken as exact: a mass that is 1 % off puts every torque gain \
+         1 % off, and no standard deviation here says so. If it was weighed with an error, say so: mass_kg = { nominal = …, std = … }."
+            .to_owned()
+    })
+}
+
+/// What the frame of the base is, where a joint defines it.
+fn base_frame_note(session: &Session) -> Option<String> {
+    let root = session.robot.chain.root_joint()?;
+    let name = SensorParameter::PositionOffset.name(&session.robot.chain.joints()[root].name);
+    Some(match session.joints[root].of(SensorParameter::PositionOffset).nominal {
+        0.0 => format!("{name} is zero by definition of the base frame."),
+        given => format!("{name} is held at {given:.6}, which defines the base frame."),
+    })
+}
+
+/// Whose torque holds the joints that have no sensor of their own because they mimic another.
+fn mimic_notes(session: &Session) -> Vec<String> {
+    let chain = &session.robot.chain;
+    let followers = |joint: usize| {
+        let name = &chain.joints()[joint].name;
+        let movers = chain.links_of(joint).map(|link| chain.movers()[link].name.clone());
+        movers.filter(|mover| mover != name).collect::<Vec<_>>().join(", ")
+    };
+    let note = |joint: usize| {
+        let (leader, followers) = (&chain.joints()[joint].name, followers(joint));
+        (!followers.is_empty()).then(|| {
+            format!("The torque of {leader} is also that of {followers}, which mimics it, times the multiplier.")
+        })
+    };
+    (0..session.joints.len()).filter_map(note).collect()
+}
