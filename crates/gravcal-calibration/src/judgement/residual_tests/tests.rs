@@ -1,12 +1,14 @@
 //! Each family with a case in which it is there, and right models in which nothing is.
 
 use gravcal_robot_model::sensors::Options;
+use gravcal_robot_model::session::Session;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
-use super::*;
-use crate::result::{EstimatorResult, Verdict};
+use super::candidate::{Candidate, Tested, correct};
+use super::columns::Term;
+use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, Verdict};
 use crate::testing::sensor_models::{estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 

@@ -1,0 +1,72 @@
+//! The tests of a solution's residuals: which solutions are tested, and what it comes to.
+
+use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, moved_by};
+use gravcal_estimation::{Loss, in_parallel};
+use gravcal_robot_model::session::Session;
+
+use super::columns::Columns;
+use super::neighbours::Neighbours;
+use super::rows::Rows;
+use super::search::Search;
+use crate::joint::{Order, Solved};
+use crate::result::{ResidualTest, UncertaintyResult};
+
+/// Entries of the Jacobian beyond which it is not made a second time.
+const MOST_ENTRIES: usize = 100_000_000;
+
+/// Whether a solution's residuals are not tested because its Jacobian has too many entries.
+pub(crate) fn too_large(solved: &Solved) -> bool {
+    let problem = solved.judged_problem();
+    problem.rows().saturating_mul(problem.columns().len()) >= MOST_ENTRIES
+}
+
+/// The tests of a solution's residuals.
+#[derive(Debug, Default)]
+pub(crate) struct ResidualTests {
+    /// What is named first, in the order in which it was found.
+    pub tests: Vec<ResidualTest>,
+    /// By how much each column of the problem that is judged would be another with each of the terms that are named and spoil intervals.
+    pub moved: Vec<Vec<f64>>,
+}
+
+/// Which tests on residuals are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TestsWanted {
+    /// Every one.
+    All,
+    /// All or none: none where nothing is named.
+    WhereNamed,
+}
+
+/// Tests the residuals of a solution.
+///
+/// # Errors
+/// Where a residual cannot be evaluated.
+pub(crate) fn residual_tests(
+    session: &Session,
+    solved: &Solved,
+    uncertainty: &UncertaintyResult,
+    wanted: TestsWanted,
+) -> Result<ResidualTests, StatisticsError> {
+    let problem = solved.judged_problem();
+    let tested = solved.estimate.termination.converged()
+        && solved.built.loss == Loss::None
+        && solved.readings.order == Order::Together
+        && problem.rows() > solved.analysis.rank()
+        && !too_large(solved);
+    if !tested {
+        return Ok(ResidualTests::default());
+    }
+    let solution = Solution { problem, values: &solved.estimate.values, analysis: &solved.analysis };
+    let maker = ResidualMaker::new(&solution)?;
+    let columns = Columns::new(session, solved, problem.rows())?;
+    let rows = Rows::new(session, solved, &maker);
+    let search = Search { session, solved, columns, robust: !matches!(uncertainty, UncertaintyResult::Noise { .. }) };
+    let neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
+    let candidates = search.candidates(&maker, &rows);
+    if wanted == TestsWanted::WhereNamed && search.names_nothing(&maker, &rows, &neighbours, &candidates) {
+        return Ok(ResidualTests::default());
+    }
+    let (tests, missing) = search.all(maker, rows, neighbours, &candidates);
+    Ok(ResidualTests { tests, moved: moved_by(&solution, &missing)? })
+}

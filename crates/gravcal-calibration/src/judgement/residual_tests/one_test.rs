@@ -1,0 +1,69 @@
+//! The result of one test, with its size in a unit.
+
+use gravcal_dynamics::JointKind;
+use gravcal_recording::file_name;
+
+use super::candidate::{Candidate, Tested};
+use super::columns::Term;
+use super::score::Score;
+use super::search::Search;
+use crate::result::{ResidualTest, ResidualTestKind};
+
+impl Search<'_> {
+    /// Of one term of a channel.
+    pub fn report(&self, channel: usize, term: &Term, scored: Score) -> Tested {
+        let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain } = scored;
+        let unit = self.session.channel_unit(channel);
+        let amplitude = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let first = coefficients.first().copied().unwrap_or(0.0);
+        let each = if self.columns.in_time() { "s" } else { "pose" };
+        let (kind, size, unit) = match term {
+            Term::Trend => (ResidualTestKind::Trend, first, format!("{unit}/{each}")),
+            Term::TrendInTables => (ResidualTestKind::TrendInTables, first, format!("{unit}/{each}")),
+            Term::TorqueHarmonic(order) => (ResidualTestKind::TorqueHarmonic { order: *order }, amplitude, unit),
+            Term::PositionHarmonic(order) => {
+                (ResidualTestKind::PositionHarmonic { order: *order }, amplitude, "rad".to_owned())
+            }
+            Term::Compliance => (ResidualTestKind::Compliance, first, "rad/(N·m)".to_owned()),
+            Term::Velocity => (ResidualTestKind::Velocity, first, self.by_motion(channel, &unit, "s")),
+            Term::Acceleration => (ResidualTestKind::Acceleration, first, self.by_motion(channel, &unit, "s²")),
+            Term::Direction => (ResidualTestKind::Direction, first, unit),
+            Term::TorqueLag => (ResidualTestKind::TorqueLag, first, "s".to_owned()),
+            Term::TorqueFilter => (ResidualTestKind::TorqueFilter, first, "s²".to_owned()),
+            Term::Tables => {
+                let (table, size) = self.farthest(channel, &coefficients);
+                let file = file_name(&self.session.tables[table].path);
+                (ResidualTestKind::Tables { file }, size, unit)
+            }
+        };
+        let test = ResidualTest {
+            channel: self.session.channel_name(channel),
+            kind,
+            statistic,
+            degrees_of_freedom,
+            blocks,
+            p_value,
+            corrected_p_value: p_value,
+            size,
+            unit,
+            in_noise,
+            named: false,
+            spoils_intervals: false,
+        };
+        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, coefficients }
+    }
+
+    fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {
+        let slides = self.session.robot.chain.joints()[joint].kind == JointKind::Prismatic;
+        format!("{unit}/({}/{time})", if slides { "m" } else { "rad" })
+    }
+
+    /// The table that is farthest from the mean one, and by how much; `coefficients` are those of all but the first.
+    fn farthest(&self, channel: usize, coefficients: &[f64]) -> (usize, f64) {
+        let tables = self.columns.tables(channel);
+        let mean = coefficients.iter().sum::<f64>() / tables.len() as f64;
+        let apart =
+            tables.iter().zip(std::iter::once(&0.0).chain(coefficients)).map(|(table, own)| (*table, own - mean));
+        apart.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, 0.0))
+    }
+}

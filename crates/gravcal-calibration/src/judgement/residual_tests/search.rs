@@ -1,0 +1,246 @@
+//! One search of what the model lacks: all that may be is tested, the likeliest is named and taken into the model, and all the rest is tested
+//! again, until nothing more is told.
+
+use std::ops::Range;
+
+use gravcal_estimation::in_parallel;
+use gravcal_estimation::statistics::ResidualMaker;
+use gravcal_robot_model::session::{Session, UnexplainedError};
+
+use super::candidate::{Candidate, SIGNIFICANCE, Tested, correct, next, weights};
+use super::columns::{ALL_JOINTS, Columns, Term};
+use super::drift::{drift_of_all, drift_of_joint, drifting, with_error};
+use super::in_fit::of_estimate;
+use super::neighbours::Neighbours;
+use super::rows::{MANY, Rows};
+use super::score::{Left, MATTERS, lacking, left_of, score};
+use crate::joint::{OfReadings, Solved};
+use crate::result::{ResidualTest, ResidualTestKind};
+
+/// Correlation of neighbours from which intervals from noise cannot hold: they are too narrow by up to a fifth.
+const ALIKE: f64 = 0.2;
+/// More terms are not named: then the model as a whole is wrong. Terms that the fit has as unknowns are no error of it, that neighbours are alike
+/// names no term, and both may be so in every channel.
+const MOST_NAMED: usize = 8;
+/// Candidates of whose columns the fit's part is taken off at once.
+const TOGETHER: usize = 4;
+
+/// What is searched.
+pub struct Search<'a> {
+    pub session: &'a Session,
+    pub solved: &'a Solved,
+    pub columns: Columns<'a>,
+    /// Whether standard deviations hold where neighbours are alike.
+    pub robust: bool,
+}
+
+impl Search<'_> {
+    /// All of them, and what the model is missing that spoils intervals: one entry a row of the problem, in standard deviations.
+    pub fn all(
+        &self,
+        mut maker: ResidualMaker,
+        mut rows: Rows,
+        mut neighbours: Vec<Option<Neighbours>>,
+        candidates: &[Candidate],
+    ) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
+        let mut named: Vec<ResidualTest> = Vec::new();
+        let (mut missing, mut lacking) = (Vec::new(), 0);
+        let mut drift = Vec::new();
+        let mut found = self.tested(&maker, &rows, &neighbours, candidates);
+        loop {
+            let weight = weights(&found);
+            let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
+            found.sort_by(|a, b| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
+            correct(&mut found, named.last().map_or(0.0, |last| last.corrected_p_value));
+            let next = next(&found);
+            let tells = found.get(next).is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
+            if !tells || lacking == MOST_NAMED {
+                missing.extend(self.drifts_of_others(&drift, &found));
+                named.extend(found.into_iter().map(|tested| tested.test));
+                return (named, missing);
+            }
+            let first = found.remove(next);
+            found.retain(|other| !self.covers(&first.candidate, &other.candidate));
+            let judged = self.judged(&first.candidate, first.test);
+            if judged.spoils_intervals {
+                missing.extend(self.missing(&first.candidate, &first.coefficients));
+                drift.extend(drifting(&first.candidate, self.session.joints.len()));
+            }
+            named.push(judged);
+            // With a term in the model, what it leaves is another.
+            let terms = self.lacking(&maker, &first.candidate);
+            if !terms.is_empty() {
+                lacking += 1;
+                for term in &terms {
+                    for (channel, known) in neighbours.iter_mut().enumerate() {
+                        *known = known.take().and_then(|known| known.with(&maker, &rows, channel, term));
+                    }
+                    maker = maker.with(std::slice::from_ref(term));
+                }
+                rows.count_freedom(&maker);
+                let candidates = found.into_iter().map(|tested| tested.candidate);
+                let candidates: Vec<Candidate> = candidates.filter(|other| *other != Candidate::DriftOfAll).collect();
+                found = self.tested(&maker, &rows, &neighbours, &candidates);
+            }
+        }
+    }
+
+    /// What a model without this term does not say of the readings; nothing of neighbours that are alike, which are no term.
+    fn missing(&self, candidate: &Candidate, coefficients: &[f64]) -> Option<Vec<f64>> {
+        match candidate {
+            Candidate::Neighbours(_) => None,
+            Candidate::Term(channel, term) => Some(self.columns.missing(*channel, term, coefficients)),
+            Candidate::Together(term) => {
+                let coefficient = coefficients.first().copied().unwrap_or(0.0);
+                Some(self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()]))
+            }
+            Candidate::DriftOfAll => Some(self.columns.missing_in_joints(&Term::Trend, coefficients)),
+        }
+    }
+
+    /// What a model without drifts may not say of the channels whose own drift is not named; nothing where no zero drifts.
+    fn drifts_of_others(&self, drifting: &[usize], found: &[Tested]) -> Vec<Vec<f64>> {
+        let of_other = |tested: &Tested| match &tested.candidate {
+            Candidate::Term(channel, Term::Trend) if !drifting.is_empty() && !drifting.contains(channel) => {
+                Some(self.columns.missing(*channel, &Term::Trend, &[with_error(tested)]))
+            }
+            _ => None,
+        };
+        found.iter().filter_map(of_other).collect()
+    }
+
+    /// Columns of a candidate that are looked for in what the fit leaves; none of what is tested otherwise.
+    pub fn columns_of(&self, candidate: &Candidate) -> Vec<Vec<f64>> {
+        match candidate {
+            Candidate::Neighbours(_) => Vec::new(),
+            Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
+            Candidate::Term(channel, term) => self.columns.of(*channel, term),
+            Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
+            Candidate::DriftOfAll => self.columns.of_each_joint(&Term::Trend),
+        }
+    }
+
+    /// What the model lacks that has not what a candidate says, as unit vectors perpendicular to each other.
+    fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
+        match candidate {
+            // Joints do not bend alike: the model takes up what each does.
+            Candidate::Together(term) => lacking(maker, self.columns.of_each_joint(term)),
+            _ => lacking(maker, self.columns_of(candidate)),
+        }
+    }
+
+    /// Whether another need not be looked for where a candidate is in the model.
+    fn covers(&self, candidate: &Candidate, other: &Candidate) -> bool {
+        let has = |term: &Term| matches!(other, Candidate::Term(_, other) if other == term);
+        match candidate {
+            Candidate::Together(term) => candidate == other || has(term),
+            Candidate::DriftOfAll => candidate == other || drift_of_joint(other, self.session.joints.len()).is_some(),
+            _ => candidate == other,
+        }
+    }
+
+    /// Whether a term is an unknown of the fit.
+    fn is_in_fit(&self, channel: usize, term: &Term) -> bool {
+        match term {
+            Term::Direction => self.solved.has_friction_at_rest(channel),
+            Term::Compliance => self.solved.has_bending(channel),
+            _ => false,
+        }
+    }
+
+    /// Those that can be tested.
+    fn tested(
+        &self,
+        maker: &ResidualMaker,
+        rows: &Rows,
+        neighbours: &[Option<Neighbours>],
+        candidates: &[Candidate],
+    ) -> Vec<Tested> {
+        let test = |candidates: &[Candidate]| {
+            let mut columns = Vec::new();
+            let place = |candidate: &Candidate| {
+                let first = columns.len();
+                columns.extend(self.columns_of(candidate));
+                first..columns.len()
+            };
+            let places: Vec<Range<usize>> = candidates.iter().map(place).collect();
+            let left = left_of(maker, columns);
+            let test = |(candidate, own): (&Candidate, Range<usize>)| {
+                self.test(maker, rows, neighbours, candidate, &left[own])
+            };
+            candidates.iter().zip(places).filter_map(test).collect::<Vec<Tested>>()
+        };
+        let mut tested: Vec<Tested> = in_parallel(candidates.chunks(TOGETHER), test).into_iter().flatten().collect();
+        tested.extend(drift_of_all(&tested, self.session.joints.len()));
+        tested
+    }
+
+    pub fn test(
+        &self,
+        maker: &ResidualMaker,
+        rows: &Rows,
+        neighbours: &[Option<Neighbours>],
+        candidate: &Candidate,
+        left: &[Left],
+    ) -> Option<Tested> {
+        match candidate {
+            Candidate::Neighbours(channel) => {
+                let known = neighbours[*channel].as_ref()?;
+                let (correlation, t, freedom, p_value) = known.test(rows, *channel, maker.residuals())?;
+                let test = ResidualTest {
+                    channel: self.session.channel_name(*channel),
+                    kind: ResidualTestKind::Neighbours,
+                    statistic: t,
+                    degrees_of_freedom: [1.0, freedom.min(MANY)],
+                    blocks: None,
+                    p_value,
+                    corrected_p_value: p_value,
+                    size: correlation,
+                    unit: String::new(),
+                    in_noise: 0.0,
+                    named: false,
+                    spoils_intervals: false,
+                };
+                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, coefficients: Vec::new() })
+            }
+            Candidate::Together(term) => {
+                let tested = self.report(0, term, score(maker, rows, neighbours, left)?);
+                let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
+                Some(Tested { test, candidate: candidate.clone(), ..tested })
+            }
+            Candidate::DriftOfAll => None, // made of the others: see `drift.rs`
+            Candidate::Term(channel, term) => {
+                let in_fit = |found: Option<OfReadings>| {
+                    of_estimate(found?, rows, *channel, &self.columns.of(*channel, term)[0])
+                };
+                let scored = match (term, self.is_in_fit(*channel, term)) {
+                    (Term::Direction, true) => in_fit(self.solved.friction_at_rest(*channel))?,
+                    (Term::Compliance, true) => in_fit(self.solved.bending(*channel))?,
+                    _ => score(maker, rows, neighbours, left)?,
+                };
+                Some(self.report(*channel, term, scored))
+            }
+        }
+    }
+
+    /// Whether friction that is left at rest is among the errors that standard deviations of the channel allow for.
+    fn errs_at_rest(&self, channel: usize) -> bool {
+        self.session.unexplained_errors()[channel] == UnexplainedError::Estimated
+    }
+
+    fn judged(&self, candidate: &Candidate, test: ResidualTest) -> ResidualTest {
+        let spoils = match candidate {
+            Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
+            Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
+            Candidate::Term(joint, Term::Compliance) => test.in_noise >= MATTERS && !self.solved.has_bending(*joint),
+            Candidate::Term(..) | Candidate::Together(_) | Candidate::DriftOfAll => test.in_noise >= MATTERS,
+        };
+        ResidualTest { named: true, spoils_intervals: spoils, ..test }
+    }
+}
+
+fn sum(columns: &[Vec<f64>]) -> Vec<f64> {
+    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
+    columns.iter().for_each(|column| sum.iter_mut().zip(column).for_each(|(sum, own)| *sum += own));
+    sum
+}
