@@ -104,7 +104,7 @@ impl Reference {
             "All that is known beforehand. A key without a default is optional where it says –. Where a value may differ by joint it is one for \
              all or a list with one for each. Some sections exclude each other; gravcal says which.",
             &[SESSION, MODEL],
-            &[("crates/gravcal-session/src/file.rs", "SessionTable")],
+            &[("crates/gravcal-session/src/file/session_table.rs", "SessionTable")],
         )
     }
 

@@ -8,5 +8,6 @@ mod section;
 mod tables;
 
 pub(crate) use found::Instruments;
+pub(crate) use resolve::read_instruments;
 pub(super) use resolve::{check_conditions, resolve};
 pub(crate) use tables::{AccelerometerTable, ForceTorqueTable};

@@ -1,6 +1,9 @@
 //! From the sections of instruments to instruments.
 
+use std::path::Path;
+
 use gravcal_recording::PoseMapping;
+use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Drift};
 
 use super::found::Instruments;
@@ -8,6 +11,17 @@ use super::section::Section;
 use super::tables::{AccelerometerTable, ForceTorqueTable, Frame};
 use crate::document::{Document, Field, FileError};
 use crate::file::context::Context;
+
+/// The instruments that a document declares for a robot; `tables`: how many tables of poses there are.
+pub(crate) fn read_instruments(
+    document: &Document,
+    robot: &Robot,
+    robot_path: &Path,
+    (force_torque, accelerometers): (&[ForceTorqueTable], &[AccelerometerTable]),
+    tables: usize,
+) -> Result<Instruments, FileError> {
+    resolve(&Context::new(document, robot, robot_path), force_torque, accelerometers, tables)
+}
 
 /// What both sections come to; `tables`: how many tables of poses there are.
 pub fn resolve(

@@ -1,0 +1,150 @@
+//! From `session.toml` and all that it names to a session.
+
+use std::path::{Path, PathBuf};
+
+use gravcal_recording::Memory;
+use gravcal_robot_model::Registry;
+use gravcal_robot_model::robot::Robot;
+use gravcal_robot_model::session::{Pose, Session};
+
+use super::context::{Context, SessionError};
+use super::declared::Declared;
+use super::poses::{ReadPoses, WrittenTables};
+use super::session_table::SessionTable;
+use super::{
+    deflection, inertia, loads, missing_noise, motion, orientation, poses, prior, residuals, single_poses, uncertainty,
+    unexplained,
+};
+use crate::document::{Document, Field, FileError};
+use crate::robot_file::{RobotSource, resolve_robot};
+
+/// Reads `session.toml` and everything it names.
+///
+/// # Errors
+/// Names the file, the line and the field.
+pub fn read_session(path: &Path) -> Result<Session, SessionError> {
+    read_session_with(path, &Registry::standard())
+}
+
+/// The same; `registry` says what may be named, such as sensor models of one's own.
+///
+/// # Errors
+/// As [`read_session`].
+pub fn read_session_with(path: &Path, registry: &Registry) -> Result<Session, SessionError> {
+    read_session_watched(path, registry, &|_, _| {})
+}
+
+/// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
+///
+/// # Errors
+/// As [`read_session`].
+pub fn read_session_watched(
+    path: &Path,
+    registry: &Registry,
+    watch: &dyn Fn(&Path, f64),
+) -> Result<Session, SessionError> {
+    read(&Document::read(path)?, registry, &Memory::default(), watch)
+}
+
+/// The same from a document, which may be another text than that of the file.
+///
+/// # Errors
+/// As for [`read_session`].
+pub fn read_session_document(document: &Document, registry: &Registry) -> Result<Session, SessionError> {
+    read(document, registry, &Memory::default(), &|_, _| {})
+}
+
+/// The same from a document and recordings in memory, which it names as it would name files in its folder. Of these only what is a
+/// file is among the [`inputs`](Session::inputs).
+///
+/// # Errors
+/// As for [`read_session`].
+pub fn read_session_in_memory(
+    document: &Document,
+    registry: &Registry,
+    memory: &Memory,
+    watch: &dyn Fn(&Path, f64),
+) -> Result<Session, SessionError> {
+    let session = read(document, registry, memory, watch)?;
+    let is_file = |path: &PathBuf| path != document.path() && !memory.holds(path);
+    Ok(Session { inputs: session.inputs.iter().filter(|path| is_file(path)).cloned().collect(), ..session })
+}
+
+/// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
+/// `watch` is told how far each recording in motion is read.
+fn read(
+    document: &Document,
+    registry: &Registry,
+    memory: &Memory,
+    watch: &dyn Fn(&Path, f64),
+) -> Result<Session, SessionError> {
+    let written: SessionTable = document.parse()?;
+    orientation::check_robot(document, written.robot.as_ref(), &written.readings)?;
+    let (robot, robot_path) = robot(document, written.robot.as_ref())?;
+    let context = Context::new(document, &robot, robot_path.as_deref().unwrap_or(document.path()));
+
+    let declared = Declared::resolve(&context, registry, &written)?;
+    let all = WrittenTables { poses: &written.poses, validation: &written.validation };
+    let mut tables = poses::tables(&context, &declared.loads, all, declared.has_clock())?;
+    let read = declared.read_poses(&context, (memory, watch), all, &mut tables)?;
+    poses::check_validation(document, all, (&declared.loads, &declared.inertia), &tables)?;
+    let ReadPoses { poses, saturated, in_motion, searched } = read;
+    let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
+    let poses = checked(document, poses)?;
+    let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
+    let inputs = inputs(document.path(), robot_path.as_deref(), tables.iter().map(|table| table.path.clone()));
+
+    let (unexplained, finds_rest) = (declared.unexplained.clone(), declared.motion.finds_rest());
+    let session = Session {
+        tables,
+        poses,
+        validation,
+        saturated,
+        in_motion,
+        searched,
+        uncertainty,
+        inputs,
+        ..declared.session(&context, &written)
+    };
+    let session = match &written.prior {
+        None => session,
+        Some(prior) => prior::resolve(&context, prior, all, session)?,
+    };
+    check(&context, &session)?;
+    let session = unexplained::resolve(document, &unexplained, finds_rest && !session.has_windows(), session)?;
+    Ok(Session { repeated: session.find_repeated(), doubts: session.find_doubts(), ..session })
+}
+
+/// The robot, with the path of its file; without one a body that stands as the tables say.
+fn robot(document: &Document, source: Option<&RobotSource>) -> Result<(Robot, Option<PathBuf>), FileError> {
+    let read = source.map(|source| resolve_robot(document, &Field::new("robot"), source)).transpose()?;
+    Ok(match read {
+        Some((robot, path)) => (robot, Some(path)),
+        None => (orientation::free_body(), None),
+    })
+}
+
+/// The poses that enter, where anything is read in any of them.
+fn checked(document: &Document, mut poses: Vec<Pose>) -> Result<Vec<Pose>, FileError> {
+    missing_noise::fill_in(&mut poses);
+    motion::count_alike(&mut poses);
+    if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
+        let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
+        return Err(document.error(&Field::new("readings").key("torque"), message));
+    }
+    Ok(poses)
+}
+
+/// What the sections of a session say together must go with its poses.
+fn check(context: &Context<'_>, session: &Session) -> Result<(), FileError> {
+    inertia::check_sweeps(context.document, session)?;
+    loads::check_unknown(context.document, session)?;
+    motion::check(context, session)?;
+    single_poses::check_single_poses(context.document, session)?;
+    deflection::check_instruments(context.document, session)?;
+    residuals::check(context.document, session)
+}
+
+fn inputs(session: &Path, robot: Option<&Path>, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
+    std::iter::once(session).chain(robot).map(Path::to_owned).chain(tables).collect()
+}
