@@ -93,3 +93,74 @@ impl Solved {
         gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), ci95, session.asks("gravity"), radius)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_robot_model::parameter::SensorParameter;
+
+    use super::*;
+    use crate::joint::{Signals, select, solve};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    /// A shoulder whose free parameters are all determined.
+    fn solved() -> (Session, Solved) {
+        let session = sarcos_shoulder().session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+        (session, solved)
+    }
+
+    /// What the readings say there is what they say at the solution, in other shares.
+    fn nearby(solved: &Solved, share: f64, open: Vec<usize>) -> Vec<Nearby> {
+        let values = solved.estimate.values.clone();
+        let analysis = RankAnalysis::new(solved.judged_problem(), &values).unwrap();
+        vec![Nearby { values, analysis, share, open }]
+    }
+
+    fn open(session: &Session, solved: &Solved) -> Vec<ParameterId> {
+        let judgement = solved.judge(session);
+        session.parameters().into_iter().filter(|id| !judgement.determines(*id)).collect()
+    }
+
+    /// The share of a standard deviation nearby at which a parameter's limit of use is passed.
+    #[test]
+    fn what_is_beyond_its_limit_nearby_is_open() {
+        let (session, mut solved) = solved();
+        assert!(open(&session, &solved).is_empty());
+        let second = ParameterId::Sensor(1, SensorParameter::PositionGain);
+        let column = solved.judged_problem().columns_of(solved.built.variables.block(second)).next().unwrap();
+        let (_, limit) = solved.limits_of_use(&session).into_iter().find(|(asked, _)| *asked == column).unwrap();
+        let share = limit / solved.parameter_std(second);
+        let mut is_open_at = |times: f64| {
+            solved.nearby = nearby(&solved, times * share, Vec::new());
+            open(&session, &solved).contains(&second)
+        };
+        assert!(!is_open_at(0.99) && is_open_at(1.01));
+    }
+
+    #[test]
+    fn what_has_no_basis_nearby_is_open_and_nothing_else() {
+        let (session, mut solved) = solved();
+        let third = ParameterId::Sensor(2, SensorParameter::TorqueGain);
+        let column = solved.judged_problem().columns_of(solved.built.variables.block(third)).next().unwrap();
+        solved.nearby = nearby(&solved, 0.0, vec![column]);
+        assert_eq!(open(&session, &solved), [third]);
+        assert!(solved.judge(&session).determines(Asked::Gravity));
+        let of_gravity = solved.judged_problem().columns_of(solved.built.variables.gravity).next().unwrap();
+        solved.nearby = nearby(&solved, 0.0, vec![of_gravity]);
+        assert!(open(&session, &solved).is_empty() && !solved.judge(&session).determines(Asked::Gravity));
+    }
+
+    #[test]
+    fn more_than_half_open_is_mostly_open() {
+        let (session, solved) = solved();
+        let free: Vec<ParameterId> =
+            session.parameters().into_iter().filter(|id| session.fixed(*id).is_none()).collect();
+        let mostly = |count: usize| {
+            let mut judgement = solved.judge(&session);
+            judgement.leave_unsaid(free[..count].iter().copied());
+            mostly_open(&session, &judgement)
+        };
+        assert!(!mostly(free.len() / 2) && mostly(free.len() / 2 + 1), "{}", free.len());
+    }
+}

@@ -116,3 +116,35 @@ pub(in crate::joint) fn spread(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / count;
     (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
+
+    fn near(found: &[f64], expected: &[f64]) -> bool {
+        found.len() == expected.len() && found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-12 * b.abs())
+    }
+
+    /// In torque: sensors of other gains are compared by what they carry.
+    #[test]
+    fn a_joint_that_carries_next_to_nothing_is_held_against_a_tenth_of_the_one_that_carries_most() {
+        let mut session = sarcos_shoulder().session(0);
+        for (joint, gain) in [1.0, 10.0, -100.0].into_iter().enumerate() {
+            session.joints[joint].parameters[SensorParameter::TorqueGain as usize].nominal = gain;
+        }
+        // 0.5, 20 and 40 N·m.
+        let found = references(&session, &[0.5, 200.0, 4000.0]);
+        assert!(near(&found, &[4.0, 200.0, 4000.0]), "{found:?}");
+        assert_eq!(references(&session, &[0.0; 3]), [0.0; 3]);
+    }
+
+    /// Forces with forces, moments with moments, and neither with joints nor with another instrument.
+    #[test]
+    fn an_axis_is_held_against_axes_of_its_kind() {
+        let session = sarcos_with_instruments().session(0);
+        let gravity = [1e6, 1e6, 1e6, 0.1, 50.0, 2.0, 0.01, 0.2, 4.0, 1.0, 0.001, 0.5];
+        let found = references(&session, &gravity);
+        assert!(near(&found[3..], &[5.0, 50.0, 5.0, 0.4, 0.4, 4.0, 1.0, 0.1, 0.5]), "{found:?}");
+    }
+}
