@@ -107,7 +107,9 @@ pub use selection::{MotionLimits, Selection};
 pub use static_pose::{Reading, StaticPose};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;
-pub use sweep::{RejectedStroke, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, slow_sweeps};
+pub use sweep::{
+    RejectedStroke, SparseBins, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, WIDEST_BIN, slow_sweeps,
+};
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use windows::{

@@ -13,16 +13,17 @@ pub(super) struct Line {
     xx: f64,
     xy: f64,
     yy: f64,
-    /// The last point, and sums of the products of steps from point to point.
+    /// The first point, the last one, and sums of the products of steps from point to point.
+    first: Option<(f64, f64)>,
     last: Option<(f64, f64)>,
     steps: [f64; 3],
 }
 
 impl Line {
     pub fn take(&mut self, x: f64, y: f64) {
-        if let Some((x_before, y_before)) = self.last.replace((x, y)) {
-            let (dx, dy) = (x - x_before, y - y_before);
-            self.steps = [self.steps[0] + dx * dx, self.steps[1] + dx * dy, self.steps[2] + dy * dy];
+        self.first.get_or_insert((x, y));
+        if let Some(before) = self.last.replace((x, y)) {
+            self.steps = sum(self.steps, products(before, (x, y)));
         }
         self.count += 1.0;
         let (dx, dy) = (x - self.x, y - self.y);
@@ -31,6 +32,36 @@ impl Line {
         self.xx += dx * (x - self.x);
         self.xy += dx * (y - self.y);
         self.yy += dy * (y - self.y);
+    }
+
+    /// The line through its points and those of `next`, which come after them; `next`'s places are told from `offset`.
+    pub fn join(self, next: Line, offset: f64) -> Line {
+        let moved = |point: Option<(f64, f64)>| point.map(|(x, y)| (x + offset, y));
+        let (next_first, next_last) = (moved(next.first), moved(next.last));
+        let count = self.count + next.count;
+        if count == 0.0 {
+            return self;
+        }
+        let share = next.count / count;
+        let (dx, dy) = (next.x + offset - self.x, next.y - self.y);
+        let weight = self.count * share;
+        let between = self.last.zip(next_first).map_or([0.0; 3], |(before, after)| products(before, after));
+        Line {
+            count,
+            x: self.x + share * dx,
+            y: self.y + share * dy,
+            xx: self.xx + next.xx + weight * dx * dx,
+            xy: self.xy + next.xy + weight * dx * dy,
+            yy: self.yy + next.yy + weight * dy * dy,
+            first: self.first.or(next_first),
+            last: next_last.or(self.last),
+            steps: sum(sum(self.steps, next.steps), between),
+        }
+    }
+
+    /// The mean of its points.
+    pub fn middle(&self) -> (f64, f64) {
+        (self.x, self.y)
     }
 
     pub fn slope(&self) -> f64 {
@@ -64,6 +95,16 @@ impl Line {
     }
 }
 
+/// Products of a step from one point to the next.
+fn products(before: (f64, f64), after: (f64, f64)) -> [f64; 3] {
+    let (dx, dy) = (after.0 - before.0, after.1 - before.1);
+    [dx * dx, dx * dy, dy * dy]
+}
+
+fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,5 +129,26 @@ mod tests {
         let mut line = Line::default();
         [1.0, 2.0, 3.0].iter().for_each(|y| line.take(7.0, *y));
         assert_eq!((line.at(9.0), line.slope()), (2.0, 0.0));
+    }
+
+    #[test]
+    fn lines_that_join_are_the_line_through_all_points() {
+        let points = [(0.1, 3.0), (1.0, 4.5), (2.2, 7.0), (3.0, 12.0), (4.5, 11.0)];
+        let through = |points: &[(f64, f64)], from: f64| {
+            let mut line = Line::default();
+            points.iter().for_each(|(x, y)| line.take(*x - from, *y));
+            line
+        };
+        let all = through(&points, 0.0);
+        for cut in 0..=points.len() {
+            let joined = through(&points[..cut], 0.0).join(through(&points[cut..], 2.0), 2.0);
+            let numbers = |line: &Line| {
+                let ((squares, degrees), (stepped, steps)) = (line.squares(), line.stepped());
+                [line.count, line.slope(), line.at(7.0), line.leverage(7.0), squares, degrees, stepped, steps]
+            };
+            for (one, other) in numbers(&joined).iter().zip(numbers(&all)) {
+                assert!((one - other).abs() < 1e-9, "{joined:?} {all:?}");
+            }
+        }
     }
 }

@@ -51,6 +51,8 @@ pub use pair::{Sweep, SweptBin};
 pub struct SweepRule {
     /// Width of a bin, rad.
     pub bin: f64,
+    /// How wide bins may become where they hold too few samples, rad; not at all where it is less than twice `bin`.
+    pub widest: f64,
     /// Largest acceleration of the joint, and largest square of its speed, rad/s².
     pub acceleration: f64,
     /// How each joint's reading becomes its coordinate.
@@ -67,6 +69,10 @@ pub enum Travel {
     /// m.
     Slides(f64),
 }
+
+/// The widest bin that nobody must ask for, rad. What a sinusoid bends within 4° is a 5,000th of its amplitude, and [`bend`] takes that off but
+/// for a fifth at the ends of a sweep: a 25,000th.
+pub const WIDEST_BIN: f64 = 4.0 * std::f64::consts::PI / 180.0;
 
 /// A joint that slides less than this stands, m.
 const SLIDES: f64 = 1e-3;
@@ -116,20 +122,69 @@ pub enum StrokeReason {
     /// It is nowhere slow and steady enough.
     Unsteady,
     /// Its bins hold too few samples.
-    Sparse,
+    Sparse(SparseBins),
+}
+
+/// Why bins hold too few samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SparseBins {
+    /// Of the joint, rad/s.
+    pub speed: f64,
+    /// Of samples, Hz.
+    pub rate: f64,
+    /// Width of a bin, rad.
+    pub bin: f64,
+    /// How many samples a bin holds at this speed and rate.
+    pub samples: f64,
+    /// How many it must hold.
+    pub fewest: f64,
+    /// Width of a bin that holds enough, rad.
+    pub enough: f64,
 }
 
 impl fmt::Display for RejectedStroke {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let reason = match self.reason {
             StrokeReason::OneWay => {
-                "has no stroke the other way over these angles with the other joints where they are"
+                "has no stroke the other way over these angles with the other joints where they are".to_owned()
             }
-            StrokeReason::Unsteady => "is nowhere slow and steady enough",
-            StrokeReason::Sparse => "has too few samples in a bin: widen the bins, or move more slowly",
+            StrokeReason::Unsteady => "is nowhere slow and steady enough".to_owned(),
+            StrokeReason::Sparse(bins) => format!("has too few samples in a bin: {bins}"),
         };
         write!(f, "{:.2} to {:.2} s, the stroke of `{}` {reason}", self.interval[0], self.interval[1], self.column)
     }
+}
+
+impl fmt::Display for SparseBins {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let SparseBins { speed, rate, bin, samples, fewest, enough } = *self;
+        let [speed_deg_per_s, bin_deg, enough_deg] = [speed, bin, enough].map(f64::to_degrees);
+        write!(
+            f,
+            "at {speed_deg_per_s:.1} deg/s and {rate:.0} Hz, one of {} deg holds {samples:.0}, and {:.0} are needed; ",
+            rounded(bin_deg),
+            fewest.round()
+        )?;
+        if enough <= WIDEST_BIN {
+            return write!(
+                f,
+                "set readings.sweeps.bin_deg = {}, or move more slowly",
+                (10.0 * enough_deg).ceil() / 10.0
+            );
+        }
+        let slower = WIDEST_BIN / enough;
+        write!(
+            f,
+            "move at {} deg/s or less, or record at {:.0} Hz or more",
+            (10.0 * slower * speed_deg_per_s).floor() / 10.0,
+            (rate / slower).ceil()
+        )
+    }
+}
+
+/// Without the last digits, which are those of a conversion.
+fn rounded(number: f64) -> f64 {
+    (1e6 * number).round() / 1e6
 }
 
 /// Finds the slow sweeps in a recording; see [`static_poses`](crate::static_poses) for `path` and `mapping`.
@@ -152,7 +207,7 @@ pub fn slow_sweeps(
     let mut reader = Reader::new(path, rows, Channels::new(mapping), rule.part);
     let (first, interval) = reader.first()?;
     let mut sampler = Sampler::new(&reader.channels, &first, interval);
-    let mut strokes = Strokes::new(&reader.channels, rule);
+    let mut strokes = Strokes::new(&reader.channels, rule, interval);
     sampler.take_first(&first, reader.values.len(), &mut |heard| strokes.hear(heard));
     drop(first);
     while let Some((time, row)) = reader.next()? {

@@ -28,6 +28,8 @@ pub struct Sweep {
     pub interval: [f64; 2],
     /// How many strokes rise, and fall.
     pub strokes: [usize; 2],
+    /// Width of its bins, rad.
+    pub bin: f64,
     /// Joints that stand here and whose own sweeps show friction: what they read while they stand holds friction of unknown sign.
     pub sticking: Vec<usize>,
     /// Bins of strokes that were passed one way only.
@@ -139,20 +141,25 @@ pub(super) fn sweeps(
     let mut stations: BTreeMap<(u64, usize), Vec<Stroke>> = BTreeMap::new();
     strokes.into_iter().for_each(|stroke| stations.entry((stroke.station, stroke.joint)).or_default().push(stroke));
     let mut found = Vec::new();
-    for ((_, joint), strokes) in stations {
+    for ((_, joint), mut strokes) in stations {
+        let times = strokes.iter().map(|stroke| stroke.times).max().unwrap_or(1);
+        strokes.iter_mut().for_each(|stroke| stroke.widen_to(times));
         let maker = Maker {
             joint,
             channels,
-            rule,
+            bin: times as f64 * rule.bin,
+            width: times as f64 * rule.width(joint),
             noise: &noise,
             label: format!("{} {}", channels.list[joint].column, found.len() + 1),
         };
         let sweep = maker.sweep(&strokes);
         if sweep.bins.is_empty() {
+            let both_ways = sweep.strokes.iter().all(|strokes| *strokes > 0);
             let rejection = |stroke: &Stroke| RejectedStroke {
                 interval: stroke.interval,
                 column: channels.list[joint].column.clone(),
-                reason: StrokeReason::OneWay,
+                // Where some bins hold enough, those of the other way may be others.
+                reason: stroke.sparse.filter(|_| both_ways).map_or(StrokeReason::OneWay, StrokeReason::Sparse),
             };
             rejected.extend(strokes.iter().map(rejection));
         } else {
@@ -195,7 +202,9 @@ impl Noise {
 struct Maker<'a> {
     joint: usize,
     channels: &'a Channels,
-    rule: &'a SweepRule,
+    /// Width of a bin, rad, and in the joint's reading.
+    bin: f64,
+    width: f64,
     noise: &'a Noise,
     label: String,
 }
@@ -217,6 +226,7 @@ impl Maker<'_> {
             interval: ends
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |all, one| [all[0].min(one[0]), all[1].max(one[1])]),
             strokes: [ways[0].len(), ways[1].len()],
+            bin: self.bin,
             sticking: Vec::new(),
             one_way: indices.len() - bins.len(),
             bins,
@@ -232,7 +242,7 @@ impl Maker<'_> {
             let said = passed.iter().filter(|(_, bins)| bins.iter().all(|bin| bin.channels[channel].count > 0.0));
             let values: Vec<(i64, f64)> =
                 said.map(|(index, bins)| (*index, weighted(channel, bins, self.centre(*index)))).collect();
-            let of_width = self.rule.width(self.joint).powi(-2);
+            let of_width = self.width.powi(-2);
             let bends = bends(&values).into_iter().map(|bend| bend * of_width);
             values.iter().map(|(index, _)| *index).zip(bends).collect()
         };
@@ -241,7 +251,7 @@ impl Maker<'_> {
 
     /// The joint's reading at the centre of a bin.
     fn centre(&self, index: i64) -> f64 {
-        (index as f64 + 0.5) * self.rule.width(self.joint)
+        (index as f64 + 0.5) * self.width
     }
 
     /// What strokes of one way say in a bin; nothing where none passed it.

@@ -14,7 +14,12 @@ const FRICTION: f64 = 0.7;
 const NOISE: f64 = 0.05;
 
 fn rule() -> SweepRule {
-    SweepRule { bin: 1f64.to_radians(), acceleration: 0.05, travel: vec![Travel::Turns(1.0); 2], part: Part::default() }
+    SweepRule {
+        bin: 1f64.to_radians(),
+        acceleration: 0.05,
+        travel: vec![Travel::Turns(1.0); 2],
+        ..SweepRule::default()
+    }
 }
 
 fn mapping() -> PoseMapping {
@@ -40,6 +45,8 @@ struct Recorder {
     random: Pcg64,
     /// Noise of the last sample, its size, and its correlation with the next.
     noise: [f64; 2],
+    /// From sample to sample, s.
+    step: f64,
     size: f64,
     correlation: f64,
 }
@@ -47,7 +54,15 @@ struct Recorder {
 impl Recorder {
     fn new(seed: u64, correlation: f64) -> Recorder {
         let random = Pcg64::seed_from_u64(seed);
-        Recorder { text: "time_s,q,p,y,z\n".to_owned(), time: 0.0, random, noise: [0.0; 2], size: NOISE, correlation }
+        Recorder {
+            text: "time_s,q,p,y,z\n".to_owned(),
+            time: 0.0,
+            random,
+            noise: [0.0; 2],
+            step: 2e-3,
+            size: NOISE,
+            correlation,
+        }
     }
 
     fn normal(&mut self) -> f64 {
@@ -64,16 +79,16 @@ impl Recorder {
         let (y, z) = (y + friction + self.noise[0], z + self.noise[1]);
         let [q, p] = [q, p].map(|at| at + 1e-5 * self.normal());
         self.text += &format!("{},{q},{p},{y},{z}\n", self.time);
-        self.time += 2e-3;
+        self.time += self.step;
     }
 
     /// From one angle to another at this speed, rad/s, with a second of acceleration at either end.
     fn stroke(&mut self, from: f64, to: f64, speed: f64, p: f64) {
         let (way, distance) = ((to - from).signum(), (to - from).abs());
         let lasts = distance / speed + 1.0;
-        let steps = (lasts / 2e-3) as u32;
+        let steps = (lasts / self.step) as u32;
         for step in 0..=steps {
-            let t = f64::from(step) * 2e-3;
+            let t = f64::from(step) * self.step;
             let ramp = |t: f64| if t < 1.0 { 0.5 * t * t } else { t - 0.5 };
             let gone = speed * if t < 0.5 * lasts { ramp(t) } else { distance / speed - ramp(lasts - t) };
             self.row(from + way * gone, p, way * FRICTION);
@@ -194,7 +209,7 @@ fn what_is_no_slow_sweep_is_reported() {
     fast.stroke(0.5, -0.5, 0.4, 0.4);
     assert_eq!(reasons(&fast, &rule()), (0, vec![StrokeReason::Unsteady; 2]));
     let narrow = SweepRule { bin: 0.1f64.to_radians(), ..rule() };
-    assert_eq!(reasons(&fast, &narrow), (0, vec![StrokeReason::Sparse; 2]));
+    assert_eq!(reasons(&fast, &narrow), (0, vec![StrokeReason::Unsteady; 2]));
     let sliding = SweepRule { travel: vec![Travel::Slides(1.0), Travel::Turns(1.0)], ..rule() };
     assert_eq!(reasons(&one_way, &sliding), (0, vec![]));
 }
@@ -237,4 +252,59 @@ fn errors_are_small(sweeps: &Sweeps) {
         let reading = pose.torque[0].unwrap();
         assert!((reading.value - at_rest(pose.position[0])[0]).abs() < 5.0 * reading.std.unwrap(), "{pose:?}");
     }
+}
+
+/// Strokes of 8°/s at 100 Hz pass 1° in three blocks of four samples, which is one too few.
+#[test]
+fn bins_widen_until_they_hold_enough_samples() {
+    let widening = SweepRule { widest: WIDEST_BIN, ..rule() };
+    for (step, bin_deg) in [(5e-3, 1.0), (0.01, 2.0), (0.02, 4.0)] {
+        let mut recorder = Recorder { step, ..Recorder::new(8, 0.0) };
+        for _ in 0..3 {
+            recorder.stroke(-1.0, 1.2, 8f64.to_radians(), 0.4);
+            recorder.stroke(1.2, -1.0, 7f64.to_radians(), 0.4);
+        }
+        let sweeps = recorder.sweeps(&widening);
+        assert_eq!((sweeps.found.len(), sweeps.rejected.len()), (1, 0), "{step} s: {:?}", sweeps.rejected);
+        let sweep = &sweeps.found[0];
+        assert!((sweep.bin.to_degrees() - bin_deg).abs() < 1e-9, "{step} s: {}", sweep.bin.to_degrees());
+        assert!(sweep.bins.len() as f64 > 110.0 / bin_deg, "{step} s: {} bins", sweep.bins.len());
+        let (friction, _) = sweep.half_difference().unwrap();
+        assert!((friction.value - FRICTION).abs() < 5.0 * friction.std.unwrap(), "{friction:?}");
+        errors_are_small(&sweeps);
+    }
+}
+
+/// Nor do wide bins bend what is read: by a 25,000th at most, as they are believed to.
+#[test]
+fn the_widest_bins_are_as_right_as_narrow_ones() {
+    let mut recorder = Recorder { step: 0.02, size: 1e-9, ..Recorder::new(9, 0.0) };
+    recorder.stroke(-1.0, 1.2, 8f64.to_radians(), 0.4);
+    recorder.stroke(1.2, -1.0, 8f64.to_radians(), 0.4);
+    let sweeps = recorder.sweeps(&SweepRule { widest: WIDEST_BIN, ..rule() });
+    let poses: Vec<_> = sweeps.found.iter().flat_map(|sweep| sweep.poses(false)).collect();
+    assert!(poses.len() > 25, "{}", poses.len());
+    for pose in poses {
+        let off = pose.torque[0].unwrap().value - at_rest(pose.position[0])[0];
+        assert!(off.abs() < 12.0 / 25_000.0, "{off} at {}", pose.position[0]);
+    }
+}
+
+#[test]
+fn bins_of_a_stated_width_stay_and_what_would_do_is_named() {
+    let reported = |step: f64, rule: &SweepRule| {
+        let mut recorder = Recorder { step, ..Recorder::new(10, 0.0) };
+        recorder.stroke(-1.0, 1.2, 8f64.to_radians(), 0.4);
+        recorder.stroke(1.2, -1.0, 8f64.to_radians(), 0.4);
+        let sweeps = recorder.sweeps(rule);
+        assert_eq!(sweeps.found.len(), 0);
+        sweeps.rejected[0].to_string()
+    };
+    // Steps that are powers of two, so that blocks hold four samples each.
+    let stated = reported(1.0 / 64.0, &SweepRule { bin: 1f64.to_radians(), widest: 1f64.to_radians(), ..rule() });
+    assert!(stated.contains("the stroke of `q` has too few samples in a bin: at 8.0 deg/s and 64 Hz"), "{stated}");
+    assert!(stated.contains("one of 1 deg holds 8, and 16 are needed; set readings.sweeps.bin_deg = 2.2"), "{stated}");
+    let rare = reported(1.0 / 16.0, &SweepRule { widest: WIDEST_BIN, ..rule() });
+    let needed = "at 8.0 deg/s and 16 Hz, one of 4 deg holds 8, and 16 are needed; move at 3.5 deg/s or less, or record at 36 Hz or more";
+    assert!(rare.contains(needed), "{rare}");
 }

@@ -72,7 +72,7 @@ fn reported_rejected(rejected: &[impl ToString]) -> String {
 }
 
 fn sweep_notes(name: &str, sweeps: &Sweeps, mapping: &PoseMapping) -> Vec<String> {
-    let Sweeps { found, rejected, repeated, without_time, interruptions } = sweeps;
+    let Sweeps { found, rejected, repeated, without_time, interruptions, .. } = sweeps;
     let reported = format!("{name}: {} slow sweeps found{}", found.len(), reported_rejected(rejected));
     let notes = found.iter().map(|sweep| sweep_note(name, sweep, mapping));
     let sticking: BTreeSet<&str> =
@@ -101,9 +101,10 @@ fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
     let (lowest, highest) = (at(sweep.bins.first()), at(sweep.bins.last()));
     let [up, down] = sweep.strokes;
     let mut reported = format!(
-        "{name}: `{}` from {lowest:.1} to {highest:.1} {unit} in {up} strokes up and {down} down: {} angles both ways",
+        "{name}: `{}` from {lowest:.1} to {highest:.1} {unit} in {up} strokes up and {down} down: {} angles both ways, in bins of {:.3} deg",
         sweep.column,
-        sweep.bins.len()
+        sweep.bins.len(),
+        sweep.bin.to_degrees()
     );
     if let (Some((half, scatter)), Some((_, unit))) = (sweep.half_difference(), &mapping.torques[sweep.joint]) {
         let std = half.std.map_or_else(String::new, |std| format!(" ± {std:.2e}"));

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use gravcal_recording::{
     ConditionColumn, ConditionColumns, ConditionUnit, CsvWriting, Inspection, MotionSource, PoseMapping,
-    PositionColumn, ReadError, ReadingColumn, Row, Rows, Stillness, SweepRule, Travel, Watched, open_as, slow_sweeps,
-    static_poses,
+    PositionColumn, ReadError, ReadingColumn, Row, Rows, Stillness, SweepRule, Travel, WIDEST_BIN, Watched, open_as,
+    slow_sweeps, static_poses,
 };
 use gravcal_robot_model::session::travel::{BIN, STEADY};
 use gravcal_robot_model::session::{Joined, Searched};
@@ -195,7 +195,7 @@ impl<'a> Draft<'a> {
     /// `None` where it is not known how far a joint travels for each count or volt.
     fn sweep_rule(&self) -> Option<SweepRule> {
         let travel: Option<Vec<Travel>> = self.joints.iter().map(DraftJoint::travel).collect();
-        Some(SweepRule { bin: BIN, acceleration: STEADY, travel: travel?, ..SweepRule::default() })
+        Some(SweepRule { bin: BIN, widest: WIDEST_BIN, acceleration: STEADY, travel: travel?, ..SweepRule::default() })
     }
 
     fn rows_are_poses(&self) -> bool {

@@ -1,7 +1,7 @@
 //! `[readings.sweeps]`: the tables are recordings of an arm in motion, and poses are the angles that a joint passes slowly in both
 //! directions while the others stand.
 
-use gravcal_recording::{PoseMapping, SweepRule};
+use gravcal_recording::{PoseMapping, SweepRule, WIDEST_BIN};
 use gravcal_robot_model::session::JointPriors;
 use gravcal_robot_model::session::travel::{BIN, STEADY, travels};
 use serde::Deserialize;
@@ -14,7 +14,8 @@ use crate::document::{Field, FileError};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct SweepsTable {
-    /// One pose for each bin of the angle of the joint that sweeps. Wider bins where the rate is low.
+    /// One pose for each bin of the angle of the joint that sweeps. Bins that are not stated become 2 or 4 degrees wide where the speed and the
+    /// rate of the recording leave too few samples in them.
     ///
     /// Default: 1.
     /// Example: `bin_deg = 2`
@@ -38,11 +39,12 @@ pub(super) fn resolve(
     let positive = |key: &str, written: Option<f64>, what: &str, unit: &str| {
         written.map(|number| context.document.positive(&field.key(key), number, what, unit)).transpose()
     };
-    let bin = positive("bin_deg", table.bin_deg, "a width", "deg")?.map_or(BIN, f64::to_radians);
+    let said = positive("bin_deg", table.bin_deg, "a width", "deg")?.map(f64::to_radians);
     let acceleration = table.acceleration_below_rad_per_s2;
     let acceleration = positive("acceleration_below_rad_per_s2", acceleration, "an acceleration", "rad/s²")?;
     Ok(SweepRule {
-        bin,
+        bin: said.unwrap_or(BIN),
+        widest: said.unwrap_or(WIDEST_BIN),
         acceleration: acceleration.unwrap_or(STEADY),
         travel: travels(&context.robot.chain, joints),
         ..SweepRule::default()
