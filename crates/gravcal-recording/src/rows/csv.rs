@@ -170,6 +170,11 @@ impl CsvRows {
         self.write_cells(new, texts)
     }
 
+    /// Writes what stands after the last row, once there is no other.
+    pub(crate) fn write_rest(&self, new: &mut impl Write) -> io::Result<()> {
+        write_lines(new, &self.skipped)
+    }
+
     fn write_cells(&self, new: &mut impl Write, cells: impl Iterator<Item = impl AsRef<str>>) -> io::Result<()> {
         let mut line = csv::WriterBuilder::new();
         let mut line = line.delimiter(self.format.delimiter).comment(Some(b'#')).from_writer(Vec::new());
@@ -177,7 +182,6 @@ impl CsvRows {
         new.write_all(&line.into_inner().map_err(|error| error.into_error())?)
     }
 
-    /// The next row, which is not one that was kept.
     /// Why there is no row: none stands there, or none has as many cells as the header.
     fn without_rows(self) -> ReadError {
         match self.first_ragged {
@@ -186,6 +190,7 @@ impl CsvRows {
         }
     }
 
+    /// The next row, which is not one that was kept.
     fn next(&mut self, row: &mut Row) -> Result<bool, ReadError> {
         self.skipped.clear();
         loop {

@@ -31,6 +31,7 @@ pub(super) fn rewrite(
         rows.write_row(&mut new, &changed).map_err(io)?;
         paced.row(|| rows.progress())?;
     }
+    rows.write_rest(&mut new).map_err(io)?;
     new.finish()?;
     Ok(rows.remarks())
 }

@@ -32,10 +32,10 @@ fn again(input: &Path, output: &Path, change: &mut Change<'_>) -> Result<Vec<Str
 fn of_a_csv_file_only_changed_cells_change() {
     let folder = tempfile::tempdir().unwrap();
     let [input, output] = ["in.csv", "out.csv"].map(|name| folder.path().join(name));
-    let text = "# load = plate-a\n\nt;tau;\"la;bel\"\n1,50;2,25;x\n# a break\n\n1,60;;\"y;z\"\n1,70;1e1;#\n";
+    let text = "# load = plate-a\n# by hand; on a Monday\n\nt;tau;\"la;bel\"\n1,50;2,25;x\n# a break\n\n1,60;;\"y;z\"\n1,70;1e1;#\n\n# the end\n";
     fs::write(&input, text).unwrap();
     let remarks = again(&input, &output, &mut doubled("tau")).unwrap();
-    let expected = "# calibrated = a.json\n# load = plate-a\n\nt;tau;\"la;bel\"\n1,50;4,5;x\n# a break\n\n1,60;;\"y;z\"\n1,70;20;\"#\"\n";
+    let expected = "# calibrated = a.json\n# load = plate-a\n# by hand; on a Monday\n\nt;tau;\"la;bel\"\n1,50;4,5;x\n# a break\n\n1,60;;\"y;z\"\n1,70;20;\"#\"\n\n# the end\n";
     assert_eq!(fs::read_to_string(&output).unwrap(), expected);
     assert_eq!(remarks.len(), 1, "{remarks:?}");
     assert_eq!(fs::read_to_string(&input).unwrap(), text);
