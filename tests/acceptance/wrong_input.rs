@@ -206,9 +206,9 @@ const IN_A_TABLE: &[Mistake] = &[
         reported: &["plate-a.csv:3: column `joint2_torque_count`: expected a finite number, found `high`"],
     },
     Mistake {
-        what: "NaN where a number belongs",
+        what: "NaN where a position belongs",
         changes: &[("plate-b.csv", Rows("0,NaN,0,2000,2000,2000\n0,0,1,2000,2000,2000\n"))],
-        reported: &["plate-b.csv:2: column `joint2_position_rad`: expected a finite number, found `NaN`"],
+        reported: &["plate-b.csv:2: column `joint2_position_rad`: the position is missing"],
     },
     Mistake {
         what: "no position",

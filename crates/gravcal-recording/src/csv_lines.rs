@@ -66,7 +66,7 @@ impl CsvFormat {
         let cells_of = |line: &String| -> Vec<String> {
             let mut found = StringRecord::new();
             cells(line, delimiter, &mut found);
-            found.iter().map(|cell| cell.trim().to_owned()).filter(|cell| !cell.is_empty()).collect()
+            found.iter().map(|cell| cell.trim().to_owned()).filter(|cell| !cell.is_empty() && !is_nan(cell)).collect()
         };
         let comma = CsvFormat { delimiter, decimal_comma: true, header: true };
         let numbers: Vec<String> =
@@ -100,6 +100,11 @@ impl CsvFormat {
         };
         number.ok().filter(|number| number.is_finite())
     }
+}
+
+/// Whether a cell says NaN, in capitals or not.
+pub(crate) fn is_nan(text: &str) -> bool {
+    text.trim().parse::<f64>().is_ok_and(f64::is_nan)
 }
 
 /// Reads lines; blank ones and comments, which begin with `#`, are passed over.

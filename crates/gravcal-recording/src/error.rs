@@ -171,7 +171,7 @@ pub enum ReadError {
         column: String,
     },
     /// A condition of the pose is missing.
-    #[error("{place}: the cell is empty, and the model of a sensor needs it; fill it in, or delete the row")]
+    #[error("{place}: the cell is empty or NaN, and the model of a sensor needs it; fill it in, or delete the row")]
     NoCondition {
         /// The cell.
         place: Place,
@@ -325,7 +325,7 @@ pub enum ReadError {
         place: Place,
     },
     /// A part of an orientation is missing.
-    #[error("{place}: the cell is empty, and every reading depends on how the body stood; delete the row")]
+    #[error("{place}: the cell is empty or NaN, and every reading depends on how the body stood; delete the row")]
     NoOrientation {
         /// The cell.
         place: Place,

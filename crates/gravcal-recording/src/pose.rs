@@ -176,6 +176,16 @@ mod tests {
     }
 
     #[test]
+    fn a_torque_that_is_nan_is_missing_and_a_position_that_is_nan_is_an_error() {
+        assert_eq!(torques("q,tau\n0,1\n1,NaN\n", torque("tau")), [reading(1.0, None), None]);
+        assert_eq!(
+            message("q,tau\n0,1\nnan,2\n", torque("tau")),
+            "poses.csv:3: column `q`: the position is missing, and every torque depends on every position; \
+             delete the row"
+        );
+    }
+
+    #[test]
     fn of_a_part_rows_count_by_their_times_after_the_first() {
         let mut mapping = one_joint(torque("tau"));
         mapping.conditions.time = Some(ConditionColumn { column: "t".to_owned(), unit: ConditionUnit::TIME[1] });
@@ -212,8 +222,8 @@ mod tests {
     #[test]
     fn a_reading_that_is_no_number_is_an_error() {
         assert_eq!(
-            message("q,tau\n0,1\n1,nan\n", torque("tau")),
-            "poses.csv:3: column `tau`: expected a finite number, found `nan`; \
+            message("q,tau\n0,1\n1,inf\n", torque("tau")),
+            "poses.csv:3: column `tau`: expected a finite number, found `inf`; \
              leave the cell empty if a reading is missing"
         );
     }

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 
 use crate::column_names::{column_names, columns_without_header};
-use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
+use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells, is_nan};
 use crate::error::{Place, ReadError};
 use crate::file::read_whole;
 use crate::iso8601;
+use crate::rows::missing::{Missing, NOT_FINITE, report_missing};
 use crate::rows::{self, Kind, Rows, kind, open};
 
 /// The most bytes of a CSV file that are held in memory: some million poses. Recordings in motion are read row by row.
@@ -101,7 +102,8 @@ impl Table {
             rows.remove(0);
         }
         check_rows(path, columns.len(), &rows)?;
-        Ok(Table { path: path.to_owned(), columns, rows, format, dates: Vec::new(), remarks: Vec::new() })
+        let remarks = report_missing(NOT_FINITE, missing(&columns, &rows).into_iter()).into_iter().collect();
+        Ok(Table { path: path.to_owned(), columns, rows, format, dates: Vec::new(), remarks })
     }
 
     /// The file, as it was named to [`read`](Self::read).
@@ -124,7 +126,7 @@ impl Table {
         self.rows.is_empty()
     }
 
-    /// What was lost or looks wrong, in words; nothing of a CSV file, of which no row is left out.
+    /// What was lost or looks wrong, in words; of a CSV file, of which no row is left out, cells that are NaN.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }
@@ -160,18 +162,18 @@ impl Table {
         self.rows[row].cells[column].trim()
     }
 
-    /// Number in a cell, `None` if the cell is empty.
+    /// Number in a cell, `None` if the cell is empty or NaN.
     ///
     /// # Errors
     ///
-    /// The cell holds something else than a finite number: text, `nan`, `inf`, a number beyond the range of `f64`.
+    /// The cell holds something else than a finite number: text, `inf`, a number beyond the range of `f64`.
     ///
     /// # Panics
     ///
     /// If there is no such row or column.
     pub fn number(&self, row: usize, column: usize) -> Result<Option<f64>, ReadError> {
         let text = self.text(row, column);
-        if text.is_empty() {
+        if text.is_empty() || is_nan(text) {
             return Ok(None);
         }
         let number = self.format.number(text);
@@ -210,6 +212,16 @@ fn records(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Vec<Row>, ReadErr
         rows.push(Row { line, cells: found });
     }
     Ok(rows)
+}
+
+/// How often each column is NaN.
+fn missing<'a>(columns: &'a [String], rows: &[Row]) -> Vec<Missing<'a>> {
+    let of_column = |(place, column): (usize, &'a String)| {
+        let mut lines = rows.iter().filter(|row| is_nan(&row.cells[place])).map(|row| row.line);
+        let first = lines.next();
+        Missing { column, count: first.map_or(0, |_| 1 + lines.count() as u64), first }
+    };
+    columns.iter().enumerate().map(of_column).collect()
 }
 
 fn check_rows(path: &Path, expected: usize, rows: &[Row]) -> Result<(), ReadError> {
@@ -276,7 +288,7 @@ mod tests {
 
     #[test]
     fn a_cell_that_is_no_finite_number_is_an_error() {
-        for found in ["abc", "nan", "NaN", "inf", "-infinity", "1e999", "1.5 N", "--"] {
+        for found in ["abc", "inf", "-infinity", "1e999", "1.5 N", "--"] {
             let table = parse(format!("q1,tau1\n# comment\n0,{found}\n")).unwrap();
             assert_eq!(
                 table.number(0, 1).unwrap_err().to_string(),
@@ -286,6 +298,18 @@ mod tests {
                 )
             );
         }
+    }
+
+    /// Robots log it for joints without a sensor.
+    #[test]
+    fn nan_is_an_empty_cell_that_is_counted() {
+        let table = parse("q1,tau1,label\n# comment\n0,nan,a\n1,-NaN,b\n2,,c\n3,4,d\n").unwrap();
+        let numbers: Vec<Option<f64>> = (0..4).map(|row| table.number(row, 1).unwrap()).collect();
+        assert_eq!(numbers, [None, None, None, Some(4.0)]);
+        let counted = "cells that are no finite numbers count as missing: 2 of `tau1`; the first is on line 3";
+        assert_eq!(table.remarks(), [counted]);
+        // Nor do numbers become names of columns where some are NaN.
+        assert_eq!(read_as("1.5,nan\n3,4\n", &CsvWriting::default()).unwrap().columns().join(" "), "column1 column2");
     }
 
     #[test]

@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
-use super::missing::{Missing, report_missing};
+use super::missing::{Missing, NOT_FINITE, report_missing};
 use super::{Row, Rows, Source};
 use crate::column_names::{column_names, columns_without_header};
-use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
+use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells, is_nan};
 use crate::error::ReadError;
 use crate::file::opened;
 use crate::iso8601;
@@ -51,6 +51,8 @@ struct Held {
     /// How many cells are neither empty nor what it holds, and the line with the first.
     others: u64,
     first_other: u64,
+    /// How many of them are not NaN either.
+    texts: u64,
 }
 
 impl Held {
@@ -69,8 +71,14 @@ impl Held {
         if number.is_none() && !text.is_empty() {
             self.first_other = if self.others == 0 { line } else { self.first_other };
             self.others += 1;
+            self.texts += u64::from(!is_nan(text));
         }
         number.unwrap_or(f64::NAN)
+    }
+
+    /// What it holds; a column of nothing but NaN is that of a number that was never read.
+    fn kind(&self) -> Option<bool> {
+        self.dates.or((self.texts == 0).then_some(false))
     }
 
     /// What counts as missing in it.
@@ -81,7 +89,7 @@ impl Held {
 
 /// Which cells count as missing, in words, in columns that hold numbers, dates, or neither.
 const MISSING: [(Option<bool>, &str); 3] = [
-    (Some(false), "cells that are no finite numbers"),
+    (Some(false), NOT_FINITE),
     (Some(true), "cells that are no dates with times (ISO 8601)"),
     (None, "cells that are neither finite numbers nor dates with times such as 2024-05-01T12:00:00.010Z (ISO 8601)"),
 ];
@@ -263,7 +271,7 @@ impl Rows for CsvRows {
             }
         });
         let others = MISSING.iter().filter_map(|(dates, which)| {
-            let columns = self.columns.iter().zip(&self.held).filter(|(_, held)| held.dates == *dates);
+            let columns = self.columns.iter().zip(&self.held).filter(|(_, held)| held.kind() == *dates);
             report_missing(which, columns.map(|(column, held)| held.missing(column)))
         });
         left_out.chain(others).collect()

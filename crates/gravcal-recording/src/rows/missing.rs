@@ -1,7 +1,10 @@
 //! What counts as missing in a recording, told once for all columns that have such.
 
+/// Cells that count as missing where numbers stand: NaN above all, which robots log for a joint without a sensor.
+pub(crate) const NOT_FINITE: &str = "cells that are no finite numbers";
+
 /// What of a column counts as missing.
-pub(super) struct Missing<'a> {
+pub(crate) struct Missing<'a> {
     pub column: &'a str,
     pub count: u64,
     /// Line with the first, where rows have lines.
@@ -9,7 +12,7 @@ pub(super) struct Missing<'a> {
 }
 
 /// In one sentence; `None` where every column is whole. `which`: what counts as missing, such as "cells that are no finite numbers".
-pub(super) fn report_missing<'a>(which: &str, missing: impl Iterator<Item = Missing<'a>>) -> Option<String> {
+pub(crate) fn report_missing<'a>(which: &str, missing: impl Iterator<Item = Missing<'a>>) -> Option<String> {
     let missing: Vec<Missing<'a>> = missing.filter(|missing| missing.count > 0).collect();
     let columns: Vec<String> =
         missing.iter().map(|missing| format!("{} of `{}`", missing.count, missing.column)).collect();

@@ -14,7 +14,7 @@ mod inspect;
 mod joint_state;
 mod mcap;
 mod messages;
-mod missing;
+pub(crate) mod missing;
 mod open;
 mod parquet;
 mod rewrite;

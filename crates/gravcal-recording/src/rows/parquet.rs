@@ -18,7 +18,7 @@ use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
 pub use self::lengths::CheckedFile;
-use super::missing::{Missing, report_missing};
+use super::missing::{Missing, NOT_FINITE, report_missing};
 use super::shield::shielded;
 use super::{Row, Rows, Source};
 use crate::column_names::check_count;
@@ -136,7 +136,7 @@ impl Rows for ParquetRows {
     fn remarks(&self) -> Vec<String> {
         let columns = self.columns.iter().zip(&self.not_finite);
         let bad = columns.map(|(column, count)| Missing { column, count: *count, first: None });
-        self.remarks.iter().cloned().chain(report_missing("cells that are no finite numbers", bad)).collect()
+        self.remarks.iter().cloned().chain(report_missing(NOT_FINITE, bad)).collect()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {
