@@ -6,6 +6,7 @@ use std::{fmt, io};
 use crate::iso8601::ISO_8601;
 
 use crate::MappingError;
+use crate::motion::row_clock::RowClock;
 
 /// One cell of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -229,33 +230,43 @@ pub enum ReadError {
         left: usize,
     },
     /// There are no samples.
-    #[error("{}: no row tells a time and a reading, so there is nothing to find standstills in", path.display())]
+    #[error(
+        "{}: no two rows have readings and different times by its clock `{column}`, so that neither rates nor motion can be told; name the column \
+         of the times (readings.time = {{ column = \"…\", unit = \"s\" }}), or record them",
+        path.display()
+    )]
     NothingRecorded {
         /// The file.
         path: PathBuf,
+        /// The column of the times.
+        column: String,
     },
     /// The arm never stands, or never sweeps slowly.
     #[error(
-        "{}: no standstill and no slow sweep is found in it{}; let the arm stand for half a second or more in each pose \
-         (readings.still), or move one joint slowly to and fro while the others stand (readings.sweeps)",
+        "{}: no standstill and no slow sweep is found in it{}; {clock}; {}",
         path.display(),
-        reported(rejected)
+        reported(rejected),
+        clock.advice()
     )]
     NothingStands {
         /// The file.
         path: PathBuf,
         /// What seemed to be one, and why it is none.
         rejected: Vec<String>,
+        /// How its rows come.
+        clock: Box<RowClock>,
     },
     /// Windows of an arm in motion need times that rise.
     #[error(
-        "{}: row {row}: the clock runs backwards, from {before:.6} to {after:.6} s, and speeds cannot be told; sort the rows by time, or split \
+        "{}: row {row}: the clock `{column}` runs backwards, from {before:.6} to {after:.6} s, and speeds cannot be told; sort the rows by time, or split \
          the recording where the clock was set",
         path.display()
     )]
     ClockRunsBackwards {
         /// The file.
         path: PathBuf,
+        /// The column of the times.
+        column: String,
         /// Which row.
         row: u64,
         /// Time of the row before, s.
@@ -296,27 +307,35 @@ pub enum ReadError {
     },
     /// Samples are too rare for windows of an arm in motion.
     #[error(
-        "{}: its rows are {interval:.3} s apart (the median), too far for windows of {length} s; record faster, or take longer windows for \
-         slower motions: readings.motion = {{ window_s = {least:.2} }}",
-        path.display()
+        "{}: {clock}, too seldom for windows of {length} s; {}",
+        path.display(),
+        clock.cure(&faster_or_longer(*rate, *least))
     )]
     TooSlowForWindows {
         /// The file.
         path: PathBuf,
-        /// Median time from row to row, s.
-        interval: f64,
+        /// How its rows come.
+        clock: Box<RowClock>,
         /// Length of a window, s.
         length: f64,
         /// The shortest that would do, s.
         least: f64,
+        /// The rate that would do, Hz.
+        rate: f64,
     },
     /// No part of a recording is as long as a window.
-    #[error("{}: it has no {length} s without an interruption, which is one window; record longer", path.display())]
+    #[error(
+        "{}: it has no {length} s without an interruption, which is one window; {clock}; {}",
+        path.display(),
+        clock.cure("record longer, without pauses")
+    )]
     ShorterThanWindow {
         /// The file.
         path: PathBuf,
         /// Length of a window, s.
         length: f64,
+        /// How its rows come.
+        clock: Box<RowClock>,
     },
     /// A position reading is missing.
     #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
@@ -451,6 +470,14 @@ impl ReadError {
 pub(crate) fn missing_folder(path: &Path) -> Option<PathBuf> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty())?;
     (!folder.exists()).then(|| folder.to_owned())
+}
+
+/// What to do where windows hold too few rows.
+fn faster_or_longer(rate: f64, least: f64) -> String {
+    format!(
+        "record at {:.0} Hz or more, or take longer windows for slower motions: readings.motion = {{ window_s = {least:.2} }}",
+        rate.ceil()
+    )
 }
 
 /// What is wrong with the unit of a clock.

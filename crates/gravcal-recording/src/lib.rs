@@ -96,6 +96,7 @@ pub use mapping::{PoseMapping, PositionColumn, ReadingColumn};
 pub use mapping_error::MappingError;
 pub use memory::{Memory, Numbers, NumbersError};
 pub use motion::reader::Part;
+pub use motion::row_clock::RowClock;
 pub use orientation::{Orientation, OrientationColumns, OrientationForm};
 pub use pose::{Recording, read_part, read_poses};
 pub use rows::{

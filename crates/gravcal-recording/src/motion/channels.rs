@@ -118,6 +118,11 @@ impl Channels {
         columns.len() > self.known
     }
 
+    /// Name of the column with the times.
+    pub fn clock(&self) -> &str {
+        &self.time.column
+    }
+
     /// Whether no column with times was found.
     pub fn has_no_clock(&self) -> bool {
         self.time_place == NOWHERE

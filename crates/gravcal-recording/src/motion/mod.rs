@@ -5,6 +5,7 @@ pub(crate) mod block;
 pub(crate) mod channels;
 pub(crate) mod reader;
 pub(crate) mod rough_noise;
+pub(crate) mod row_clock;
 pub(crate) mod sampler;
 
 /// The middle one, or the mean of the two in the middle.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::channels::Channels;
+use super::row_clock::{ClockSteps, RowClock};
 use super::sampler::Samples;
 use crate::error::ReadError;
 use crate::rows::{Row, Rows};
@@ -34,6 +35,7 @@ pub(crate) struct Reader<'a> {
     pub values: Vec<f64>,
     /// Time of the first row, s.
     begun: Option<f64>,
+    steps: ClockSteps,
     pub without_time: u64,
 }
 
@@ -41,7 +43,17 @@ impl<'a> Reader<'a> {
     pub fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, part: Part) -> Reader<'a> {
         channels.look(rows.columns());
         let values = vec![f64::NAN; channels.list.len()];
-        Reader { path, rows, row: Row::default(), channels, part, values, begun: None, without_time: 0 }
+        Reader {
+            path,
+            rows,
+            row: Row::default(),
+            channels,
+            part,
+            values,
+            begun: None,
+            steps: ClockSteps::default(),
+            without_time: 0,
+        }
     }
 
     /// Time and number of the next row that is asked for; its values stand in `values`.
@@ -57,6 +69,7 @@ impl<'a> Reader<'a> {
             }
             let since = time - *self.begun.get_or_insert(time);
             if self.part.holds(since) {
+                self.steps.take(time);
                 return Ok(Some((time, self.row.number)));
             }
         }
@@ -76,9 +89,19 @@ impl<'a> Reader<'a> {
             Some(interval) => Ok((first, interval)),
             None => {
                 self.check_columns()?;
-                Err(ReadError::NothingRecorded { path: self.path.to_owned() })
+                Err(self.nothing_recorded())
             }
         }
+    }
+
+    /// How the rows so far come by their clock.
+    pub fn clock(&self) -> RowClock {
+        self.steps.clock(self.channels.clock())
+    }
+
+    /// No two rows have readings and different times.
+    pub fn nothing_recorded(&self) -> ReadError {
+        ReadError::NothingRecorded { path: self.path.to_owned(), column: self.channels.clock().to_owned() }
     }
 
     /// Whether times are what the mapping says.

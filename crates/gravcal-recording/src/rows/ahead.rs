@@ -216,7 +216,8 @@ mod tests {
 
     #[test]
     fn an_error_comes_after_the_rows_before_it() {
-        let failed = || Err(ReadError::NothingRecorded { path: Path::new("r.mcap").to_owned() });
+        let failed =
+            || Err(ReadError::NothingRecorded { path: Path::new("r.mcap").to_owned(), column: "t".to_owned() });
         let (mut rows, mut row) = (ahead(5, failed), Row::default());
         (0..5).for_each(|_| assert!(rows.read(&mut row).unwrap()));
         assert!(matches!(rows.read(&mut row), Err(ReadError::NothingRecorded { .. })));

@@ -34,6 +34,7 @@ use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::motion::channels::Channels;
 use crate::motion::reader::{Part, Reader};
+use crate::motion::row_clock::RowClock;
 use crate::rows::Rows;
 use segments::Segments;
 use standstill::Assessment;
@@ -71,6 +72,8 @@ pub struct Standstills {
     pub interruptions: u64,
     /// Median time between two samples of the slowest column, s.
     pub interval: f64,
+    /// How rows come by the clock.
+    pub clock: RowClock,
 }
 
 /// Finds the standstills in a recording. `path`: its name in errors; `mapping` as for a table of poses, its time the column
@@ -112,5 +115,6 @@ pub fn static_poses(
         without_time: reader.without_time,
         interruptions: segments.sampler.usage.interruptions,
         interval,
+        clock: reader.clock(),
     })
 }

@@ -446,7 +446,11 @@ fn what_is_missing_is_reported() {
     let error = find(rows, &wrong, &Stillness::default()).unwrap_err().to_string();
     assert!(error.starts_with("a.mcap: there is no column `r`"), "{error}");
     let error = find(Vec::new(), &mapping(), &Stillness::default()).unwrap_err().to_string();
-    assert_eq!(error, "a.mcap: no row tells a time and a reading, so there is nothing to find standstills in");
+    assert_eq!(
+        error,
+        "a.mcap: no two rows have readings and different times by its clock `time_s`, so that neither rates nor motion can be told; name the \
+         column of the times (readings.time = { column = \"…\", unit = \"s\" }), or record them"
+    );
 }
 
 /// An encoder that loses its count while the arm stands: no mean goes over the jump, and all else is found as without it.

@@ -40,6 +40,7 @@ use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::motion::channels::Channels;
 use crate::motion::reader::{Part, Reader};
+use crate::motion::row_clock::RowClock;
 use crate::motion::sampler::Sampler;
 use crate::rows::Rows;
 use stroke::Strokes;
@@ -101,6 +102,8 @@ pub struct Sweeps {
     pub without_time: u64,
     /// How often the clock jumped, or nothing was recorded for long; no stroke goes over that.
     pub interruptions: u64,
+    /// How rows come by the clock.
+    pub clock: RowClock,
 }
 
 /// A stroke of which nothing is used.
@@ -224,5 +227,6 @@ pub fn slow_sweeps(
         repeated: sampler.usage.repeated,
         without_time: reader.without_time,
         interruptions: sampler.usage.interruptions,
+        clock: reader.clock(),
     })
 }

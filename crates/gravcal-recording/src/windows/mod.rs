@@ -191,6 +191,7 @@ pub fn motion_windows(
     while let Some((time, row)) = reader.next()? {
         recorded.push(time, row, &reader.values).map_err(|(before, after)| ReadError::ClockRunsBackwards {
             path: path.to_owned(),
+            column: reader.channels.clock().to_owned(),
             row,
             before,
             after,
@@ -200,14 +201,15 @@ pub fn motion_windows(
     reader.check_columns()?;
     let path = || path.to_owned();
     let Some(interval) = recorded.interval() else {
-        return Err(ReadError::NothingRecorded { path: path() });
+        return Err(reader.nothing_recorded());
     };
     if interval * FEWEST > rule.length {
         return Err(ReadError::TooSlowForWindows {
             path: path(),
-            interval,
+            clock: Box::new(reader.clock()),
             length: rule.length,
             least: FEWEST * interval,
+            rate: FEWEST / rule.length,
         });
     }
     let names = || reader.channels.list.iter().map(|channel| channel.column.as_str());
@@ -236,7 +238,11 @@ pub fn motion_windows(
         hann::windows(&recorded, run, &reader.channels, rule, &mut windows.found);
     }
     if windows.found.is_empty() {
-        return Err(ReadError::ShorterThanWindow { path: path(), length: rule.reach() });
+        return Err(ReadError::ShorterThanWindow {
+            path: path(),
+            length: rule.reach(),
+            clock: Box::new(reader.clock()),
+        });
     }
     Ok(windows)
 }

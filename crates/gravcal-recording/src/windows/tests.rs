@@ -161,12 +161,28 @@ fn no_window_goes_over_a_gap() {
 fn clocks_that_run_backwards_and_slow_recordings_are_refused() {
     let rows = times(400).map(|t| [if t > 1.0 { t - 0.5 } else { t }, motion(t)[0], 0.0]);
     let error = windows_of(rows).unwrap_err().to_string();
-    assert!(error.contains("row 203: the clock runs backwards, from 1.000000 to 0.505000 s"), "{error}");
+    assert!(error.contains("row 203: the clock `time_s` runs backwards, from 1.000000 to 0.505000 s"), "{error}");
     let rows = (0..100).map(|k| [f64::from(k) / 5.0, motion(f64::from(k) / 5.0)[0], 0.0]);
     let error = windows_of(rows).unwrap_err().to_string();
-    assert!(error.contains("too far for windows of 0.32 s") && error.contains("window_s = 1.60"), "{error}");
+    let slow = "by its clock `time_s` rows come at 5 Hz, too seldom for windows of 0.32 s; record at 25 Hz or more, or take longer windows";
+    assert!(error.contains(slow) && error.contains("window_s = 1.60"), "{error}");
     let error = windows_of(times(30).map(|t| [t, motion(t)[0], 0.0])).unwrap_err().to_string();
     assert!(error.contains("it has no 0.32 s without an interruption"), "{error}");
+}
+
+/// A recorder that stamps ten rows when it gets them, at once or one after the other.
+#[test]
+fn rows_in_bursts_are_told_with_their_clock() {
+    for within in [0.0, 1e-5] {
+        let stamp = |k: u32| 0.1 * f64::from(k / 10) + within * f64::from(k % 10);
+        let rows = (0..1000).map(|k| [stamp(k), motion(f64::from(k) / 100.0)[0], 0.0]);
+        let error = windows_of(rows).unwrap_err().to_string();
+        let bursts = "by its clock `time_s` rows come in bursts of about 10, 0.100 s apart (100 Hz in all)";
+        assert!(
+            error.contains(bursts) && error.contains("name a column with the times at which they were measured"),
+            "{error}"
+        );
+    }
 }
 
 /// What an arm in motion reads of `y = q + q̇ + q̈`.

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use gravcal_recording::{
-    Clock, MotionWindows, PoseMapping, PositionUnit, Standstill, Standstills, StaticPose, Sweep, Sweeps, SweptBin,
-    file_name,
+    Clock, MotionWindows, PoseMapping, PositionUnit, RowClock, Standstill, Standstills, StaticPose, Sweep, Sweeps,
+    SweptBin, file_name,
 };
 
 /// One file.
@@ -42,6 +42,12 @@ impl Searched {
         standstills.chain(strokes).collect()
     }
 
+    /// How its rows come by their clock, where standstills or sweeps were looked for.
+    pub fn clock(&self) -> RowClock {
+        let clock = self.standstills.as_ref().map(|found| &found.clock);
+        clock.or(self.sweeps.as_ref().map(|found| &found.clock)).cloned().unwrap_or_default()
+    }
+
     /// Its static poses: standstills, then the bins of sweeps; if `apart`, both ways of each.
     pub fn poses(&self, apart: bool) -> Vec<StaticPose> {
         let standstills = self.standstills.iter().flat_map(|found| &found.found).map(|found| found.pose.clone());
@@ -57,7 +63,12 @@ impl Searched {
         let sweeps = self.sweeps.iter().flat_map(|found| sweep_notes(&name, found, mapping));
         let remarks = self.remarks.iter().map(|remark| format!("{name}: {remark}"));
         let windows = self.windows.iter().flat_map(|found| window_notes(&name, found, mapping));
-        standstills.chain(sweeps).chain(windows).chain(remarks).collect()
+        let looked_for = self.standstills.is_some() || self.sweeps.is_some();
+        let clock = (looked_for && self.found() == 0).then(|| {
+            let clock = self.clock();
+            format!("{name}: {clock}; {}.", clock.advice())
+        });
+        standstills.chain(sweeps).chain(windows).chain(clock).chain(remarks).collect()
     }
 }
 

@@ -42,7 +42,7 @@ pub enum DraftPoses {
         doubt: Option<String>,
     },
     /// They are found in it.
-    Found(Searched),
+    Found(Box<Searched>),
 }
 
 impl DraftPoses {
@@ -50,7 +50,7 @@ impl DraftPoses {
     pub fn searched(&self) -> Option<&Searched> {
         match self {
             DraftPoses::Rows { .. } => None,
-            DraftPoses::Found(searched) => Some(searched),
+            DraftPoses::Found(searched) => Some(searched.as_ref()),
         }
     }
 
@@ -162,13 +162,13 @@ impl<'a> Draft<'a> {
         let sweeps = rule.map(|rule| slow_sweeps(path, &mut rows()?, &mapping, &rule)).transpose()?;
         // What was lost has been told by the inspection.
         let standstills = Some(standstills);
-        Ok(DraftPoses::Found(Searched {
+        Ok(DraftPoses::Found(Box::new(Searched {
             path: path.to_owned(),
             standstills,
             sweeps,
             windows: None,
             remarks: Vec::new(),
-        }))
+        })))
     }
 
     /// Why rows do not look like static poses, if they do not.

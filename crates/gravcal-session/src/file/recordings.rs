@@ -71,8 +71,8 @@ impl Recordings<'_> {
             let search = Search { path: &table.path, memory: self.memory, mapping, part, watch: self.watch };
             let mut searched = search.run(motion).map_err(wrong)?;
             if searched.found() == 0 {
-                let rejected = searched.rejected();
-                return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected }));
+                let (rejected, clock) = (searched.rejected(), Box::new(searched.clock()));
+                return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected, clock }));
             }
             self.subtract_speed(table.load, &mut searched);
             let mut poses = searched.poses(self.apart);

@@ -369,6 +369,10 @@ held_deg = { elbow = 40 }
         assert!(noise.contains("readings.still: poses are found in the recordings, and so is the noise"), "{noise}");
         let short = with("[readings.still]", "[readings.still]\nleast_duration_s = 100").unwrap_err();
         assert!(short.contains("bare.mcap: no standstill and no slow sweep is found in it"), "{short}");
+        assert!(
+            short.contains("by its clock `time_s` rows come at ") && short.contains(" Hz; let the arm stand for 0.5 s"),
+            "{short}"
+        );
         let other =
             with("load = \"plate\"", "").map(|session| session.poses.iter().filter(|p| p.load.is_some()).count());
         assert!(other.is_ok_and(|loaded| loaded > 5), "the recording names its load itself");

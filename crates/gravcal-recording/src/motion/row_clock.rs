@@ -1,0 +1,144 @@
+//! How rows come by a recording's clock, for whoever reads why nothing was found: at which rate, or in bursts.
+//!
+//! A recorder that stamps rows when it gets them may get several at once. Then most steps of the clock are next to nothing, and nearly all time
+//! passes between bursts.
+
+use std::fmt;
+
+use super::median;
+
+/// How long an arm should stand, s, which takes some of it to settle; and how many samples: eight blocks of four ([`crate::still`]), and those
+/// between motion and standstill.
+const STAND: f64 = 0.5;
+const STANDING_SAMPLES: f64 = 40.0;
+/// Steps that are looked at.
+const FIRST: usize = 20_000;
+/// A step so many times the median one is a pause, or the time from burst to burst.
+const PAUSE: f64 = 5.0;
+/// Pauses are bursts' where there are so many, all together and among the steps, and so much of the time passes in them.
+const FEWEST: usize = 5;
+const OF_STEPS: f64 = 0.01;
+const OF_TIME: f64 = 0.5;
+
+/// How rows come by a recording's clock.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RowClock {
+    /// Name of its column.
+    pub column: String,
+    /// Rows a second; of bursts, in all. Zero where the clock stands.
+    pub rate: f64,
+    /// Where rows come in bursts: how many in one, and from one to the next, s.
+    pub bursts: Option<(f64, f64)>,
+}
+
+impl RowClock {
+    /// What to do where neither standstills nor slow sweeps are found.
+    pub fn advice(&self) -> String {
+        self.cure(&format!(
+            "let the arm stand for {:.1} s or more in each pose (readings.still), or move one joint slowly to and fro while the others stand \
+             (readings.sweeps)",
+            STAND.max(STANDING_SAMPLES / self.rate)
+        ))
+    }
+
+    /// What to do where rows come too seldom: `otherwise`, but of bursts something else.
+    pub(crate) fn cure(&self, otherwise: &str) -> String {
+        match self.bursts {
+            None => otherwise.to_owned(),
+            Some(_) => "these are times at which rows were received or written: name a column with the times at which they were measured \
+                        (readings.time = { column = \"…\", unit = \"s\" }), record those (header.stamp), or, where rows are evenly spaced, \
+                        write such times"
+                .to_owned(),
+        }
+    }
+}
+
+impl fmt::Display for RowClock {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let RowClock { column, rate, bursts } = self;
+        match bursts {
+            Some((rows, apart)) => write!(
+                f,
+                "by its clock `{column}` rows come in bursts of about {rows:.0}, {apart:.3} s apart ({} Hz in all)",
+                hertz(*rate)
+            ),
+            None => write!(f, "by its clock `{column}` rows come at {} Hz", hertz(*rate)),
+        }
+    }
+}
+
+/// With three digits, or all before the point.
+fn hertz(rate: f64) -> String {
+    let decimals = if rate >= 100.0 { 0 } else { 2 };
+    let text = format!("{rate:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// Steps of a clock from row to row, in memory that does not grow.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ClockSteps {
+    last: Option<f64>,
+    steps: Vec<f64>,
+}
+
+impl ClockSteps {
+    pub fn take(&mut self, time: f64) {
+        if self.steps.len() < FIRST
+            && let Some(last) = self.last.replace(time)
+        {
+            self.steps.push(time - last);
+        }
+        self.last = Some(time);
+    }
+
+    /// What they come to, of the clock in this column.
+    pub fn clock(&self, column: &str) -> RowClock {
+        let steps: Vec<f64> = self.steps.iter().copied().filter(|step| *step >= 0.0).collect();
+        let forward: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
+        let column = column.to_owned();
+        if forward.is_empty() {
+            return RowClock { column, ..RowClock::default() };
+        }
+        let usual = median(forward.clone());
+        let whole: f64 = forward.iter().sum();
+        let (count, standing) = (steps.len() as f64, steps.len() - forward.len());
+        let pauses: Vec<f64> = forward.iter().copied().filter(|step| *step > PAUSE * usual).collect();
+        let paused: f64 = pauses.iter().sum();
+        let are_bursts = pauses.len() >= FEWEST && pauses.len() as f64 >= OF_STEPS * count && paused > OF_TIME * whole;
+        if are_bursts {
+            let (rows, apart) = ((count + 1.0) / (pauses.len() + 1) as f64, whole / pauses.len() as f64);
+            return RowClock { column, rate: rows / apart, bursts: Some((rows, apart)) };
+        }
+        // Rows of one time.
+        if standing >= forward.len() {
+            let rows = (count + 1.0) / (forward.len() + 1) as f64;
+            return RowClock { column, rate: rows / usual, bursts: Some((rows, usual)) };
+        }
+        RowClock { column, rate: usual.recip(), bursts: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn clock(times: impl Iterator<Item = f64>) -> String {
+        let mut steps = ClockSteps::default();
+        times.for_each(|time| steps.take(time));
+        steps.clock("t").to_string()
+    }
+
+    #[test]
+    fn even_rows_have_a_rate_whatever_pauses_there_are() {
+        assert_eq!(clock((0..50).map(|row| 0.2 * f64::from(row))), "by its clock `t` rows come at 5 Hz");
+        let with_pauses = (0..3000).map(|row| 0.002 * f64::from(row) + 60.0 * f64::from(row / 500));
+        assert_eq!(clock(with_pauses), "by its clock `t` rows come at 500 Hz");
+    }
+
+    #[test]
+    fn rows_of_equal_or_nearly_equal_times_are_bursts() {
+        let bursts = "by its clock `t` rows come in bursts of about 10, 0.100 s apart (100 Hz in all)";
+        assert_eq!(clock((0..1000).map(|row| 0.1 * f64::from(row / 10))), bursts);
+        assert_eq!(clock((0..1000).map(|row| 0.1 * f64::from(row / 10) + 1e-5 * f64::from(row % 10))), bursts);
+    }
+}
