@@ -46,6 +46,14 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// The unit in which people are shown a quantity of this unit, and the factor to it. Files stay in rad.
+pub fn shown_unit(unit: &str) -> (&str, f64) {
+    match unit {
+        "rad" => ("deg", 180.0 / std::f64::consts::PI),
+        other => (other, 1.0),
+    }
+}
+
 /// A number with up to six significant digits, without trailing zeros: `2048`, `6.69`.
 pub fn shortest(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -77,6 +85,14 @@ fn unsigned_zero(text: String) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_angles_change_their_unit() {
+        let (unit, factor) = shown_unit("rad");
+        assert_eq!((unit, factor * std::f64::consts::PI), ("deg", 180.0));
+        assert_eq!(shown_unit("rad/count"), ("rad/count", 1.0));
+        assert_eq!(shown_unit("m"), ("m", 1.0));
+    }
 
     fn reported(value: f64, std: f64) -> String {
         let (value, std) = measured(value, std);

@@ -4,6 +4,7 @@ use gravcal_recording::{
     Digest, EarlierEstimate, EarlierInput, EarlierParameter, Part, read_earlier, read_earlier_inputs,
 };
 use gravcal_robot_model::EstimatorName;
+use gravcal_robot_model::number::{rounded, shown_unit};
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::session::{
     EarlierCalibration, InertiaPrior, KnownCombination, LAST_FRAME_CHOICE, PriorKind, Session,
@@ -83,6 +84,12 @@ pub(super) fn resolve(
     Ok(Session { earlier: Some(known), ..session })
 }
 
+/// A number with its unit for people, angles in degrees.
+fn shown(value: f64, unit: &str) -> String {
+    let (unit, factor) = shown_unit(unit);
+    format!("{} {unit}", rounded(factor * value, 9))
+}
+
 struct Section<'a> {
     context: &'a Context<'a>,
     table: &'a PriorTable,
@@ -149,14 +156,15 @@ impl Section<'_> {
         let frame = [Unchanged::Links, Unchanged::Loads].iter().any(|what| self.is_unchanged(*what));
         match (earlier.held.as_deref(), earlier.value) {
             (Some(_), Some(value)) if own.fixed.is_none() || !same => refused(format!(
-                "{name} was held at {value} {unit} there, and what was found depends on it: hold it at that value here, \
-                 too (fixed)"
+                "{name} was held at {} there, and what was found depends on it: hold it at that value here, \
+                 too (fixed)",
+                shown(value, unit)
             )),
             (Some(LAST_FRAME_CHOICE), None) if frame && (own.fixed != Some(LAST_FRAME_CHOICE) || !same) => {
                 refused(format!(
-                    "{name} chose the last link's frame there, at {} {unit}, and it is another here: leave \"links\" and \
+                    "{name} chose the last link's frame there, at {}, and it is another here: leave \"links\" and \
                      \"loads\" out of prior.unchanged, or choose the same frame",
-                    earlier.nominal
+                    shown(earlier.nominal, unit)
                 ))
             }
             (None, Some(value)) => self.check_estimated(&own, value),

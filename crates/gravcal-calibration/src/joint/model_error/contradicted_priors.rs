@@ -8,36 +8,43 @@
 //!
 //! `w` is the factor by which standard deviations are wider than the noise makes them. To first order this is the estimate without the prior.
 
-use gravcal_robot_model::number::significant;
+use gravcal_robot_model::number::{shown_unit, significant};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 
 use crate::joint::solved::Solved;
 
 /// Standard deviations between prior and readings from which they contradict each other: of thirty right priors, one does in 500 sessions.
-const CONTRADICTED: f64 = 4.0;
+pub(super) const CONTRADICTED: f64 = 4.0;
 /// A variance that is more than this share of the prior's is the prior's own: the readings say too little.
-const OF_PRIOR: f64 = 0.9;
+pub(super) const OF_PRIOR: f64 = 0.9;
+/// The worst so many are named one by one.
+pub(super) const NAMED: usize = 3;
+
+/// A prior, what readings alone say, and by how many standard deviations that is from it.
+struct Contradicted {
+    id: ParameterId,
+    nominal: f64,
+    std: f64,
+    found: f64,
+    apart: f64,
+}
 
 impl Solved {
-    /// In a sentence each.
+    /// In a sentence each, the worst first; and how many more there are.
     pub(in crate::joint) fn contradicted_priors(&self, session: &Session) -> Vec<String> {
         let contradicted = |id: ParameterId| {
             let ParameterPrior { nominal, kind: PriorKind::Gaussian { std } } = session.prior(id) else { return None };
             let (found, apart) = self.beside_prior(id, nominal, std)?;
-            (apart > CONTRADICTED).then(|| {
-                let (name, unit) = (session.parameter_name(id), session.parameter(id).unit);
-                format!(
-                    "The readings contradict what the session states of {name}: {} ± {} {unit} is {} standard deviations from {} {unit}, \
-                     which they alone give. Check the value and its std; without std the value is only a start.",
-                    significant(nominal, 5),
-                    significant(std, 2),
-                    significant(apart, 2),
-                    significant(found, 5),
-                )
-            })
+            (apart > CONTRADICTED).then_some(Contradicted { id, nominal, std, found, apart })
         };
-        session.parameters().into_iter().filter_map(contradicted).collect()
+        let mut all: Vec<Contradicted> = session.parameters().into_iter().filter_map(contradicted).collect();
+        all.sort_by(|a, b| b.apart.total_cmp(&a.apart));
+        let more = all.len().saturating_sub(NAMED);
+        let sum = (more > 0).then(|| {
+            format!("The readings contradict what the session states of {more} more, by fewer standard deviations.")
+        });
+        all.iter().take(NAMED).map(|one| one.in_words(session)).chain(sum).collect()
     }
 
     /// What the readings alone say of a parameter, and how far from its prior that is, in standard deviations; nothing where they say too little.
@@ -54,6 +61,21 @@ impl Solved {
         let widened = (self.covariance().std(column) / by_noise).max(1.0);
         let of_found = own * prior / (prior - own);
         Some((found, (found - nominal).abs() / (prior + widened * widened * of_found).sqrt()))
+    }
+}
+
+impl Contradicted {
+    fn in_words(&self, session: &Session) -> String {
+        let (name, unit) = (session.parameter_name(self.id), session.parameter(self.id).unit);
+        let (unit, factor) = shown_unit(&unit);
+        format!(
+            "The readings contradict what the session states of {name}: {} ± {} {unit} is {} standard deviations from {} {unit}, which they \
+             alone give. Check the value and its std; without std the value is only a start.",
+            significant(factor * self.nominal, 5),
+            significant(factor * self.std, 2),
+            significant(self.apart, 2),
+            significant(factor * self.found, 5),
+        )
     }
 }
 
@@ -91,6 +113,27 @@ mod tests {
         let named = contradicted(6e-3, 1e-3);
         assert!(named.len() == 1 && named[0].contains("joint2.position_gain"), "{named:?}");
         assert_eq!(contradicted(1e-3, 1e-9), Vec::<String>::new(), "the prior says all");
+    }
+
+    /// Angles in degrees, as everywhere else; and the worst three in full.
+    #[test]
+    fn of_many_priors_the_worst_are_named_and_angles_are_in_degrees() {
+        let simulation = sarcos_shoulder();
+        let mut session = simulation.session(0);
+        let mut contradict = |joint: usize, parameter: SensorParameter, off: f64, std: f64| {
+            let truth = simulation.truth.sensors[joint][parameter as usize];
+            session.joints[joint].parameters[parameter as usize] =
+                ParameterPrior { nominal: truth + off, kind: PriorKind::Gaussian { std } };
+        };
+        contradict(1, SensorParameter::PositionOffset, 2f64.to_radians(), 0.1f64.to_radians());
+        (0..3).for_each(|joint| contradict(joint, SensorParameter::TorqueBias, 10.0, 1.0));
+        let readings = select(&session, Signals::All);
+        let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+        let named = solved.contradicted_priors(&session);
+        assert_eq!(named.len(), 4, "{named:?}");
+        assert!(named[0].contains("joint2.position_offset") && named[0].contains(" ± 0.10 deg is "), "{named:?}");
+        let more = "The readings contradict what the session states of 1 more, by fewer standard deviations.";
+        assert_eq!(named[3], more);
     }
 
     /// To first order the readings alone give what a solve without the prior does.
