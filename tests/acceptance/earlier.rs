@@ -171,6 +171,9 @@ fn a_sensor_that_has_changed_contradicts_what_was_known_of_it() {
     assert_eq!(calibration.run.code, 4, "{:?}", calibration.run);
     let joint = calibration.estimator("joint");
     assert!(joint.termination.starts_with("the readings contradict the earlier calibration"), "{}", joint.termination);
+    let farthest = "off are joint2.torque_bias by ";
+    assert!(joint.termination.contains(farthest), "{}", joint.termination);
+    assert!(joint.termination.matches("standard deviations").count() <= 3, "{}", joint.termination);
     let file: serde_json::Value = serde_json::from_slice(&calibration.bytes("calibration.json")).unwrap();
     let first = file["estimators"][0]["notes"][0].as_str().unwrap();
     assert!(first.starts_with("What [prior] knows is not what was read here"), "{first}");

@@ -78,6 +78,11 @@ impl EarlierCalibration {
         &self.quantities
     }
 
+    /// Variance of a quantity, in the square of its unit.
+    pub fn variance(&self, place: usize) -> f64 {
+        self.covariance[place * (self.quantities.len() + 1)]
+    }
+
     /// Whether a component is known by itself.
     pub fn knows(&self, component: &str) -> bool {
         self.value(component).is_some()

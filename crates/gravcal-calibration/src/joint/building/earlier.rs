@@ -17,7 +17,7 @@ pub(in crate::joint) fn with_earlier(
         .iter()
         .map(|quantity| {
             let term = |(name, coefficient): &(String, f64)| {
-                find(&built.problem, name).map(|(id, component)| (id, component, *coefficient))
+                component(&built.problem, name).map(|(id, component)| (id, component, *coefficient))
             };
             let terms: Option<Vec<_>> = quantity.terms.iter().map(term).collect();
             terms.map(|terms| KnownCombination { terms, value: quantity.value })
@@ -35,7 +35,7 @@ pub(in crate::joint) fn with_earlier(
 }
 
 /// The block and the place in it of a component, such as `gravity.x` or `joint1.torque_gain`.
-fn find(problem: &Problem, component: &str) -> Option<(BlockId, usize)> {
+pub(in crate::joint) fn component(problem: &Problem, component: &str) -> Option<(BlockId, usize)> {
     let places = problem.block_ids().flat_map(|id| (0..problem.block(id).len()).map(move |i| (id, i)));
     places.into_iter().find(|(id, i)| problem.block(*id).component_name(*i) == component)
 }

@@ -24,9 +24,9 @@ impl Answer {
         environment: &SolveEnvironment<'_>,
     ) -> Result<(), EstimateError> {
         let solved = &self.solved;
-        if session.earlier.is_none() || !solved.estimate.termination.converged() {
+        let Some(earlier) = session.earlier.as_ref().filter(|_| solved.estimate.termination.converged()) else {
             return Ok(());
-        }
+        };
         environment.report("holding the earlier calibration against the readings");
         let alone = Session { earlier: None, ..session.clone() };
         let start = solved.state(&State::nominal(session));
@@ -41,10 +41,11 @@ impl Answer {
         let Ok(distribution) = ChiSquared::new(gained) else { return Ok(()) };
         let p = distribution.sf(growth.max(0.0));
         if without.estimate.termination.converged() && p < CONTRADICTED_PRIOR {
+            let farthest = solved.farthest_from(earlier).map_or_else(String::new, |off| format!("; off are {off}"));
             // Readings that are explained without it are not to blame.
             let fail = if without.misfit(session)?.is_none() { Findings::fail_first } else { Findings::fail };
             fail(findings, Mistake {
-                what: format!("the readings contradict the earlier calibration: χ² grows by {growth:.0} for {gained:.0} numbers"),
+                what: format!("the readings contradict the earlier calibration: χ² grows by {growth:.0} for {gained:.0} numbers{farthest}"),
                 advice: "What [prior] knows is not what was read here: a base that was moved, links or loads that are not as \
                          they were (leave them out of prior.unchanged), or a sensor that has changed (compare the two \
                          calibrations, `gravcal compare`)."
