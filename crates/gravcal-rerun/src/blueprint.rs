@@ -9,7 +9,7 @@ use re_sdk::blueprint::{
 
 use crate::contents::CalibrationRecording;
 use crate::explanation::Explanation;
-use crate::{residuals, series};
+use crate::{residuals, series, spectra};
 
 /// The layout for a calibration.
 pub fn blueprint(calibration: &CalibrationRecording<'_>) -> Blueprint {
@@ -17,6 +17,7 @@ pub fn blueprint(calibration: &CalibrationRecording<'_>) -> Blueprint {
         Some(overview(calibration)),
         Some(fits(calibration)),
         Some(residuals_page(calibration)),
+        spectra_page(calibration),
         solver(calibration),
         identifiability(calibration),
         Some(recording(calibration)),
@@ -102,6 +103,21 @@ fn residuals_page(calibration: &CalibrationRecording<'_>) -> ContainerLike {
         view.with_origin(residuals::in_std(explanation.name)).into()
     });
     Grid::new(by_channel.chain(by_explanation).collect::<Vec<ContainerLike>>()).with_name("Residuals").into()
+}
+
+/// Spectra of the residuals of an arm in motion, channel by channel; nothing of poses.
+fn spectra_page(calibration: &CalibrationRecording<'_>) -> Option<ContainerLike> {
+    let session = calibration.session;
+    let views = spectra::of_channels(calibration).into_iter().map(|(channel, of_channel)| {
+        let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
+        let title = format!(
+            "{name}: amplitude of residuals, {unit}, over frequency, Hz (windows let little pass beyond {:.1} Hz)",
+            of_channel.cut_off
+        );
+        BarChartView::new(title).with_origin(spectra::path(&name)).into()
+    });
+    let views: Vec<ContainerLike> = views.collect();
+    (!views.is_empty()).then(|| Grid::new(views).with_name("Spectra").into())
 }
 
 /// The solver's way; nothing where none was kept.

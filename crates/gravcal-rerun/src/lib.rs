@@ -27,6 +27,7 @@
 //! | `/readings/C/gravity`, `/readings/C/inertia`, `/readings/C/friction` | of what the deciding estimate makes them, where the arm moved; `friction` is what is left of the prediction without the bias | of the reading | `pose`, `time` |
 //! | `/residuals/in_unit/nominal/C`, `/residuals/in_unit/E/C` | prediction less reading | of the reading | `pose`, `time` |
 //! | `/residuals/in_std/nominal/C`, `/residuals/in_std/E/C` | the same over the standard deviation that the fit assumed | 1 | `pose`, `time` |
+//! | `/spectra/C` | of an arm in motion: amplitudes of the deciding estimate's residuals over frequency (Hz), each that of a sine which would be as strong | of the reading | static |
 //! | `/sweeps/frame`, `/sweeps/captions`, `/sweeps/measured`, `/sweeps/nominal`, `/sweeps/E`, `/sweeps/now` | each channel over the angle of the joint that sweeps, of the sweep that the pose is part of; `now` marks the pose | of the picture | `pose` |
 //! | `/poses/file`, `/poses/load` | which table the pose stands in, what is attached | – | `pose` |
 //! | `/standstills/FILE`, `/slow_sweeps/FILE/COLUMN` | when the arm stood still, or swept slowly, in a recording in motion | – | `time` |
@@ -63,6 +64,7 @@ mod recording;
 mod residuals;
 mod series;
 mod shape;
+mod spectra;
 mod style;
 mod sweeps;
 mod trace;

@@ -10,7 +10,7 @@ use re_sdk::{RecordingStream, RecordingStreamBuilder, SpawnOptions};
 use thiserror::Error;
 
 use crate::contents::CalibrationRecording;
-use crate::{arm, blueprint, gravity, identifiability, poses, residuals, series, sweeps, trace, verdict};
+use crate::{arm, blueprint, gravity, identifiability, poses, residuals, series, spectra, sweeps, trace, verdict};
 
 /// Under this name the viewer remembers what a user changed of the layout.
 const APPLICATION: &str = "gravcal";
@@ -104,6 +104,7 @@ impl CalibrationRecording<'_> {
         gravity::log(stream, self)?;
         series::log(stream, self, &poses)?;
         residuals::log(stream, self, &poses)?;
+        spectra::log(stream, self)?;
         sweeps::log(stream, self)?;
         poses::log(stream, self)?;
         trace::log(stream, self)?;
@@ -185,7 +186,10 @@ mod tests {
         let absent = |pattern: &&Vec<Option<&str>>| !rows.keys().any(|path| is_like(path, pattern));
         let absent: BTreeSet<_> = documented.iter().filter(absent).map(|pattern| pattern[0]).collect();
         // Its tables are no recordings in motion, and its readings have no parts.
-        assert_eq!(absent, BTreeSet::from([Some("readings"), Some("slow_sweeps"), Some("standstills")]));
+        assert_eq!(
+            absent,
+            BTreeSet::from([Some("readings"), Some("slow_sweeps"), Some("spectra"), Some("standstills")])
+        );
 
         let count = |path: &str, timeline: &str| rows[path].get(timeline).copied();
         for path in
