@@ -3,7 +3,7 @@
 mod building;
 mod ends;
 mod error;
-mod judging;
+mod identifiability;
 mod measurement_set;
 mod mistakes;
 mod model_error;
@@ -20,7 +20,7 @@ pub use building::build::build_problem;
 pub(crate) use building::build::build_with_constraints;
 pub(crate) use ends::symmetries::with_gains_known;
 pub use error::{BuildError, EstimateError};
-pub(crate) use judging::pose_blocks::stands_alike;
+pub(crate) use identifiability::pose_blocks::stands_alike;
 pub use measurement_set::MeasurementSet;
 pub(crate) use model_error::at_rest::OfReadings;
 pub use order::Order;

@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 
 use crate::joint::ends::symmetries::in_hemisphere;
 use crate::joint::error::EstimateError;
-use crate::joint::judging::judged::mostly_open;
+use crate::joint::identifiability::judged::mostly_open;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;

@@ -10,7 +10,7 @@ use gravcal_robot_model::session::Session;
 use crate::joint::building::reference::WITHIN_USE;
 use crate::joint::ends::symmetries::{in_hemisphere, not_as_declared};
 use crate::joint::error::EstimateError;
-use crate::joint::judging::judged::mostly_open;
+use crate::joint::identifiability::judged::mostly_open;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::{Nearby, Solved};
 use crate::joint::solving::solve_from::solve_from;

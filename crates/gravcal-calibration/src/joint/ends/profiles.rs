@@ -10,7 +10,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 
 use crate::joint::building::reference::WIDTH;
 use crate::joint::error::EstimateError;
-use crate::joint::judging::judged::mostly_open;
+use crate::joint::identifiability::judged::mostly_open;
 use crate::joint::solved::Solved;
 
 /// Firmness of the reference about the estimate: the others shall follow.

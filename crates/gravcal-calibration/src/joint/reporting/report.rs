@@ -8,7 +8,7 @@ use gravcal_robot_model::session::Session;
 
 use crate::joint::building::constraints;
 use crate::joint::error::EstimateError;
-use crate::joint::judging::model_tests::ModelTests;
+use crate::joint::identifiability::model_tests::ModelTests;
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::{Answer, Conclusion};
 use crate::joint::reporting::consistent::consistent_model;

@@ -3,7 +3,7 @@
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{LAST_FRAME_CHOICE, Session};
 
-use crate::joint::judging::uncertainty::LEAST_FREEDOM;
+use crate::joint::identifiability::uncertainty::LEAST_FREEDOM;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::solved::Solved;
 use crate::result::{ParameterResult, Undetermined};

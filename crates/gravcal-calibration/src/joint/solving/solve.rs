@@ -7,7 +7,7 @@ use gravcal_robot_model::session::Session;
 use crate::joint::ends::displaced::{gains_disagree, otherwise_displaced};
 use crate::joint::ends::symmetries::{in_hemisphere, not_as_declared, settled, turned_gains};
 use crate::joint::error::EstimateError;
-use crate::joint::judging::judged::mostly_open;
+use crate::joint::identifiability::judged::mostly_open;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;

@@ -13,7 +13,7 @@ use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 
 use crate::joint::error::EstimateError;
-use crate::joint::judging::pose_blocks::BlocksOfPoses;
+use crate::joint::identifiability::pose_blocks::BlocksOfPoses;
 use crate::joint::solved::Solved;
 use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
 
