@@ -819,7 +819,8 @@ fn tables_are_whole() {
     let cases = [
         ("q1,q2,y1,sweep\n0,0,1,\n1,1,1,\n", "a.csv: there is no column `y2`"),
         ("q1,q2,y1,y2,sweep\n0,0,1,2,\n0,high,1,2,\n", "a.csv:3: column `q2`: expected a finite number, found `high`"),
-        ("q1,q2,y1,y2,sweep\n0,0,1,NaN,\n0,1,1,2,\n", "a.csv:2: column `y2`: expected a finite number, found `NaN`"),
+        ("q1,q2,y1,y2,sweep\n0,0,1,inf,\n0,1,1,2,\n", "a.csv:2: column `y2`: expected a finite number, found `inf`"),
+        ("q1,q2,y1,y2,sweep\n0,NaN,1,2,\n0,1,1,2,\n", "a.csv:2: column `q2`: the position is missing"),
         ("q1,q2,y1,y2,sweep\n0,0,1,2,\n0,1,1\n", "a.csv:3: expected 5 cells, as in the header, found 3"),
         ("q1,q2,y1,y2,sweep\n", "a.csv: the file has a header but no rows"),
         ("", "a.csv: the file is empty"),
