@@ -47,6 +47,13 @@ impl Joint {
         let off = about_axis - axis * axis.dot(&about_axis);
         moment - rotation.transpose() * off
     }
+
+    /// What the child link's mass (kg) and first moment (kg·m, in its frame) add to the first moment of the link that the joint hangs on, in that
+    /// link's frame, with the joint at zero. Where the centre of mass lies on the joint's axis it is so at any angle.
+    pub fn moment_on_parent(&self, mass: f64, moment: Vector3<f64>) -> Vector3<f64> {
+        let Transform { rotation, translation } = self.before.compose(&self.after);
+        rotation * moment + translation * mass
+    }
 }
 
 #[cfg(test)]
@@ -75,5 +82,27 @@ mod tests {
         assert!(centre.cross(&Vector3::from(joint.axis)).norm() < 1e-15);
         // Nothing moves along the axis.
         assert!((rotation * (balanced - moment)).dot(&Vector3::from(joint.axis)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_mass_on_the_axis_is_carried_alike_at_any_angle() {
+        let before = Transform {
+            rotation: *Rotation3::from_euler_angles(1.0, 0.4, -0.2).matrix(),
+            translation: Vector3::new(0.1, 0.2, -0.3),
+        };
+        let after = Transform {
+            rotation: *Rotation3::from_euler_angles(0.3, -0.7, 1.1).matrix(),
+            translation: Vector3::new(0.2, -0.1, 0.05),
+        };
+        let axis = [0.0, 0.0, 1.0];
+        let mut joint = Joint { name: "wrist".into(), kind: JointKind::Revolute, before, axis, after, limits: None };
+        let mass = 2.0;
+        let moment = joint.moment_on_axis(mass, Vector3::new(0.1, 0.3, -0.2));
+        let at_zero = joint.moment_on_parent(mass, moment);
+        // The centre of mass in the parent's frame.
+        let centre = before.transform_point(after.transform_point((moment / mass).into()));
+        assert!((at_zero - mass * Vector3::from(centre)).norm() < 1e-15);
+        joint.after = Transform::about_z(0.8).compose(&after);
+        assert!((joint.moment_on_parent(mass, moment) - at_zero).norm() < 1e-15);
     }
 }

@@ -1,5 +1,5 @@
 //! Arms that may be exactly aligned: gravity along the axis of the first joint, joints that stand at a multiple of a quarter turn, centres of
-//! mass on the axis of a joint at the end of the arm.
+//! mass on the axis of a joint at the end of the arm, or on those of several.
 //!
 //! There axes are exactly parallel, or at right angles, or carry nothing, and what a reading says of some unknowns vanishes with the sine of
 //! the angle between them, or with the lever. An estimate is off by its errors, and these then pass for what the readings say. So where the truth may be aligned, the readings
@@ -7,7 +7,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use gravcal_dynamics::JointKind;
+use gravcal_dynamics::{Chain, JointKind};
 use gravcal_estimation::{BlockId, RankAnalysis, Reference, Values};
 use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::SensorParameter;
@@ -31,6 +31,17 @@ const ITERATIONS: usize = 100;
 /// Where something is exactly aligned: the values of some unknowns.
 type Alignment = Vec<(BlockId, Vec<f64>)>;
 
+/// What hangs on a link.
+#[derive(Clone, Copy)]
+struct Carried {
+    /// In kg.
+    mass: f64,
+    /// First moment in the link's frame, kg·m.
+    moment: Vector3<f64>,
+}
+
+const NOTHING: Carried = Carried { mass: 0.0, moment: Vector3::new(0.0, 0.0, 0.0) };
+
 impl Solved {
     /// Where gravity, a standing joint, the end of the arm, all of a kind, or several kinds are exactly aligned, and what ½ χ² is larger by
     /// there. None where the readings contradict it.
@@ -41,19 +52,27 @@ impl Solved {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Vec<(Values, f64)>, EstimateError> {
         let upright = self.gravity_along_first_axis(session);
-        let (balanced, standing) = (self.balanced_ends(session), self.standing_joints_at_quarter_turns(session));
+        let (balanced, standing) = (
+            self.balanced_ends(session, |joint| self.may_carry_nothing(session, joint)),
+            self.standing_joints_at_quarter_turns(session),
+        );
         let mut found = Vec::new();
-        let mut possible = |alignments: Vec<Alignment>| -> Result<Vec<Alignment>, EstimateError> {
+        // Of alignments that hold each other, only as far as the readings admit.
+        let mut possible = |nested: Vec<Alignment>| -> Result<Vec<Alignment>, EstimateError> {
             let mut possible = Vec::new();
-            for alignment in alignments {
-                let there = self.fixed_at(session, &alignment, plausible, environment)?;
-                possible.extend(there.is_some().then_some(alignment));
-                found.extend(there);
+            for alignment in nested {
+                let Some(there) = self.fixed_at(session, &alignment, plausible, environment)? else { break };
+                possible.push(alignment);
+                found.push(there);
             }
             Ok(possible)
         };
-        let alone = [possible(upright.into_iter().collect())?, possible(balanced)?, possible(standing)?];
-        possible(together(&alone))?;
+        let mut each = |alignments: Vec<Vec<Alignment>>| -> Result<Vec<Alignment>, EstimateError> {
+            Ok(alignments.into_iter().map(&mut possible).collect::<Result<Vec<_>, _>>()?.concat())
+        };
+        let apart = |alignments: Vec<Alignment>| alignments.into_iter().map(|alignment| vec![alignment]).collect();
+        let alone = [each(apart(upright.into_iter().collect()))?, each(balanced)?, each(apart(standing))?];
+        each(apart(together(&alone)))?;
         Ok(found)
     }
 
@@ -97,23 +116,58 @@ impl Solved {
     }
 
     /// By joint at the end of the arm that turns, masses and moments of its links with which their centres of mass lie on its axis: such a
-    /// joint carries nothing, and how it turns does not show in the joints before it.
-    fn balanced_ends(&self, session: &Session) -> Vec<Alignment> {
+    /// joint carries nothing, and how it turns does not show in the joints before it. Then the same with the joint before it, which carries
+    /// nothing either, and so on as far as `carry_nothing` says of these.
+    fn balanced_ends(&self, session: &Session, carry_nothing: impl Fn(usize) -> bool) -> Vec<Vec<Alignment>> {
         let (chain, bodies) = (&session.robot.chain, &self.built.variables.inertia);
         let is_free =
             |link: &usize| bodies.get(*link).is_some_and(|block| !self.judged_problem().columns_of(*block).is_empty());
-        let balanced = |link: usize| {
-            let mut body = self.estimate.values.get(bodies[link]).to_vec();
-            let moment = chain.movers()[link].moment_on_axis(body[0], Vector3::new(body[1], body[2], body[3]));
-            body[1..].copy_from_slice(moment.as_slice());
-            (bodies[link], body)
+        let turns_free = |joint: &usize| {
+            chain.joints()[*joint].kind == JointKind::Revolute && chain.links_of(*joint).all(|link| is_free(&link))
         };
-        let ends = (0..chain.joint_count()).filter(|joint| {
-            chain.joints()[*joint].kind == JointKind::Revolute
-                && chain.is_last(*joint)
-                && chain.links_of(*joint).all(|link| is_free(&link))
+        let ends = (0..chain.joint_count()).filter(|joint| chain.is_last(*joint) && turns_free(joint));
+        let of_end = |end: usize| {
+            let links: Vec<usize> = chain.links_of(end).collect();
+            let alone: Alignment = links.iter().map(|link| self.balanced(chain, *link, NOTHING).0).collect();
+            let mut nested = vec![alone];
+            let [mut last] = links[..] else { return nested };
+            let (_, mut carried) = self.balanced(chain, last, NOTHING);
+            while let Some((_, link)) =
+                hung_on(chain, last).filter(|(joint, _)| turns_free(joint) && carry_nothing(*joint))
+            {
+                let (balanced, carried_before) = self.balanced(chain, link, carried);
+                nested.push(nested.last().into_iter().flatten().cloned().chain([balanced]).collect());
+                (last, carried) = (link, carried_before);
+            }
+            nested
+        };
+        ends.map(of_end).collect()
+    }
+
+    /// Whether a joint's readings of bare poses are as constant as their noise lets them be: within five standard deviations of χ².
+    fn may_carry_nothing(&self, session: &Session, joint: usize) -> bool {
+        let poses = (0..session.poses.len()).filter(|pose| self.readings.used[*pose].contains(&joint));
+        let weighed = poses.filter(|pose| session.poses[*pose].load.is_none()).filter_map(|pose| {
+            let reading = session.poses[pose].torque[joint]?;
+            Some((reading.value, self.readings.std(session, pose, joint).powi(-2)))
         });
-        ends.map(|joint| chain.links_of(joint).map(balanced).collect()).collect()
+        let weighed: Vec<(f64, f64)> = weighed.collect();
+        let all: f64 = weighed.iter().map(|(_, weight)| weight).sum();
+        let mean: f64 = weighed.iter().map(|(value, weight)| value * weight / all).sum();
+        let chi_squared: f64 = weighed.iter().map(|(value, weight)| (value - mean).powi(2) * weight).sum();
+        let count = weighed.len() as f64;
+        chi_squared < count + (WITHIN_FIVE * 2.0 * count).sqrt() + WITHIN_FIVE
+    }
+
+    /// A link's mass and moment with which it and what it carries have their centre of mass on the axis of the joint that moves it; and what
+    /// the link that this joint hangs on carries then.
+    fn balanced(&self, chain: &Chain, link: usize, carried: Carried) -> ((BlockId, Vec<f64>), Carried) {
+        let (block, mover) = (self.built.variables.inertia[link], &chain.movers()[link]);
+        let body = self.estimate.values.get(block);
+        let (own, mass) = (Vector3::new(body[1], body[2], body[3]), body[0] + carried.mass);
+        let all = mover.moment_on_axis(mass, own + carried.moment);
+        let balanced = [&[body[0]], (all - carried.moment).as_slice()].concat();
+        ((block, balanced), Carried { mass, moment: mover.moment_on_parent(mass, all) })
     }
 
     /// By joint that stands in all poses, gain and offset of its position sensor with which it stands at a multiple of a quarter turn; of no
@@ -153,6 +207,18 @@ impl Solved {
         let [gain_value, offset_value] = [gain, offset].map(|block| self.estimate.values.scalar(block));
         (off.abs() < NEAR).then(|| vec![(gain, vec![gain_value]), (offset, vec![offset_value - off])])
     }
+}
+
+/// The joint whose one link carries nothing beside a link and what hangs on that, and this link.
+fn hung_on(chain: &Chain, carried: usize) -> Option<(usize, usize)> {
+    let moved_by = |joint: usize| (0..chain.links().len()).filter(move |link| chain.moves(joint, *link));
+    let links_of = |joint: usize| chain.links_of(joint).collect::<Vec<_>>();
+    let own = (0..chain.joint_count()).find(|joint| links_of(*joint) == [carried])?;
+    let beyond = moved_by(own).count();
+    let joint = (0..chain.joint_count())
+        .find(|joint| chain.moves(*joint, carried) && moved_by(*joint).count() == beyond + 1)?;
+    let [link] = links_of(joint)[..] else { return None };
+    Some((joint, link))
 }
 
 /// By how much an angle is off the nearest multiple of a quarter turn, rad.
@@ -244,19 +310,25 @@ mod tests {
         let session = sarcos_shoulder().session(0);
         let readings = select(&session, Signals::All);
         let mut solved = with_environment(|w| solve(&session, &readings, None, w)).unwrap();
-        let of_last = |solved: &super::Solved| -> f64 {
+        let of_joint = |solved: &super::Solved, joint: usize| -> f64 {
             let rows = solved.built.rows.iter().zip(solved.gravity_readings(&session).unwrap());
-            let bare = rows.filter(|(row, _)| row.channel == 2 && session.poses[row.pose].load.is_none());
+            let bare = rows.filter(|(row, _)| row.channel == joint && session.poses[row.pose].load.is_none());
             bare.map(|(_, reading)| reading.abs()).fold(0.0, f64::max)
         };
+        let of_last = |solved: &super::Solved| of_joint(solved, 2);
         assert!(of_last(&solved) > 100.0, "{}", of_last(&solved));
-        let ends = solved.balanced_ends(&session);
-        let [end] = ends.as_slice() else { panic!("{} ends", ends.len()) };
+        let ends = solved.balanced_ends(&session, |_| true);
+        let [nested] = ends.as_slice() else { panic!("{} ends", ends.len()) };
+        let [end, both, _] = nested.as_slice() else { panic!("{} joints", nested.len()) };
         let [(block, body)] = end.as_slice() else { panic!("{} links", end.len()) };
         assert_eq!(*block, solved.built.variables.inertia[2]);
         assert_eq!(body[0], solved.estimate.values.get(*block)[0], "its mass stays");
         solved.estimate.values.set(*block, body);
         assert!(of_last(&solved) < 1e-6, "{}", of_last(&solved));
+        assert!(of_joint(&solved, 1) > 100.0, "{}", of_joint(&solved, 1));
+        assert!((0..3).all(|joint| !solved.may_carry_nothing(&session, joint)), "each is read to carry something");
+        both.iter().for_each(|(block, body)| solved.estimate.values.set(*block, body));
+        assert!(of_joint(&solved, 1) < 1e-6 && of_last(&solved) < 1e-6, "{}", of_joint(&solved, 1));
     }
 
     #[test]
