@@ -98,7 +98,7 @@ impl Profiled<'_> {
         let Some(start) = profile.at(1.0, 0.0, &profile.estimate(), environment)? else { return Ok(found) };
         for side in [1.0, -1.0] {
             let std = profile.wider(side, &start, environment)?.unwrap_or(std);
-            let std = profile.from_elsewhere(side, std, start.cost, environment)?;
+            let std = profile.begun_elsewhere(side, std, start.cost, environment)?;
             found.push((column, std));
             if std > limit {
                 break;
@@ -165,7 +165,7 @@ impl Profile<'_> {
     }
 
     /// The same from other starts of the others, where that is still larger than `told`.
-    fn from_elsewhere(
+    fn begun_elsewhere(
         &self,
         side: f64,
         told: f64,

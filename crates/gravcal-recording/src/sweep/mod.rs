@@ -71,8 +71,8 @@ pub enum Travel {
     Slides(f64),
 }
 
-/// The widest bin that nobody must ask for, rad. What a sinusoid bends within 4° is a 5,000th of its amplitude, and [`bend`] takes that off but
-/// for a fifth at the ends of a sweep: a 25,000th.
+/// The widest bin that nobody must ask for, rad. What a sinusoid bends within 4° is a 5,000th of its amplitude, which is taken off but for a
+/// fifth at the ends of a sweep: a 25,000th.
 pub const WIDEST_BIN: f64 = 4.0 * std::f64::consts::PI / 180.0;
 
 /// A joint that slides less than this stands, m.
