@@ -57,18 +57,18 @@ impl Solved {
             self.standing_joints_at_quarter_turns(session),
         );
         let mut found = Vec::new();
-        // Of alignments that hold each other, only as far as the readings admit.
-        let mut possible = |nested: Vec<Alignment>| -> Result<Vec<Alignment>, EstimateError> {
-            let mut possible = Vec::new();
+        // Of alignments that hold each other, the last that the readings admit.
+        let mut farthest = |nested: Vec<Alignment>| -> Result<Option<Alignment>, EstimateError> {
+            let mut farthest = None;
             for alignment in nested {
                 let Some(there) = self.fixed_at(session, &alignment, plausible, environment)? else { break };
-                possible.push(alignment);
+                farthest = Some(alignment);
                 found.push(there);
             }
-            Ok(possible)
+            Ok(farthest)
         };
         let mut each = |alignments: Vec<Vec<Alignment>>| -> Result<Vec<Alignment>, EstimateError> {
-            Ok(alignments.into_iter().map(&mut possible).collect::<Result<Vec<_>, _>>()?.concat())
+            alignments.into_iter().filter_map(|nested| farthest(nested).transpose()).collect()
         };
         let apart = |alignments: Vec<Alignment>| alignments.into_iter().map(|alignment| vec![alignment]).collect();
         let alone = [each(apart(upright.into_iter().collect()))?, each(balanced)?, each(apart(standing))?];
@@ -144,7 +144,8 @@ impl Solved {
         ends.map(of_end).collect()
     }
 
-    /// Whether a joint's readings of bare poses are as constant as their noise lets them be: within five standard deviations of χ².
+    /// Whether a joint's readings of bare poses are as constant as their noise lets them be: `χ² < n + 5 √(2n) + 25` of `n` readings about their
+    /// mean, five standard deviations of many and of few.
     fn may_carry_nothing(&self, session: &Session, joint: usize) -> bool {
         let poses = (0..session.poses.len()).filter(|pose| self.readings.used[*pose].contains(&joint));
         let weighed = poses.filter(|pose| session.poses[*pose].load.is_none()).filter_map(|pose| {
