@@ -146,6 +146,7 @@ impl Arm {
                 velocity: mean(&|sample| &sample.velocity, |v| v),
                 acceleration: mean(&|sample| &sample.acceleration, |a| a),
                 direction: mean(&|sample| &sample.velocity, f64::signum),
+                presliding: Vec::new(),
                 further: Vec::new(),
             },
             course: Some(Arc::new(Course { samples, kept: Default::default() })),

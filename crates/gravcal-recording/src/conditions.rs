@@ -2,6 +2,7 @@
 
 use crate::error::{Place, ReadError};
 use crate::iso8601::ISO_8601;
+use crate::presliding::Presliding;
 use crate::table::Table;
 
 /// Under which conditions a pose was read. Empty lists (and no time) where the mapping names no column.
@@ -17,6 +18,8 @@ pub struct Conditions {
     pub acceleration: Vec<f64>,
     /// From which side each joint came: 1 where its position reading rose, −1 where it fell, 0 where neither is known.
     pub direction: Vec<f64>,
+    /// How far friction has built up, by joint, where that was followed over an arm's motion; `None` of a joint of which it was not, or is not known.
+    pub presliding: Vec<Option<Presliding>>,
     /// Numbers of further columns, as they stand there; NaN where a cell is empty that may be.
     pub further: Vec<f64>,
 }
@@ -204,6 +207,7 @@ impl<'a> FoundConditions<'a> {
             velocity: numbers(&self.velocity, mapped.velocity.columns())?,
             acceleration: numbers(&self.acceleration, mapped.acceleration.columns())?,
             direction: self.direction.iter().map(direction).collect::<Result<_, _>>()?,
+            presliding: Vec::new(),
             further: self.further.iter().zip(&mapped.further).map(further).collect::<Result<_, _>>()?,
         })
     }
@@ -241,6 +245,7 @@ pub(crate) fn mean_conditions(rows: &[&Conditions]) -> Conditions {
         velocity: means(&|row| &row.velocity),
         acceleration: means(&|row| &row.acceleration),
         direction: rows.first().map_or_else(Vec::new, |row| row.direction.clone()),
+        presliding: Vec::new(),
         further: means_of_known(rows),
     }
 }

@@ -65,6 +65,7 @@ mod merge;
 mod motion;
 mod orientation;
 mod pose;
+mod presliding;
 mod rows;
 mod selection;
 mod slope;
@@ -99,6 +100,7 @@ pub use motion::reader::Part;
 pub use motion::row_clock::RowClock;
 pub use orientation::{Orientation, OrientationColumns, OrientationForm};
 pub use pose::{Recording, read_part, read_poses};
+pub use presliding::{DahlFriction, Presliding};
 pub use rows::{
     Change, CheckedFile, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError,
     Rewriting, Row, RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, are_same_numbers, column_numbers,

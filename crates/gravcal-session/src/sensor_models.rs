@@ -210,6 +210,10 @@ fn in_words(need: Need) -> &'static str {
              readings.velocity = { columns = […], unit = \"rad/s\" }, one for each joint, \
              or { slope_over_s = … }"
         }
+        Need::Presliding => {
+            "the motion of the joint from moment to moment: record the arm in motion and say readings.motion = {}; of standstills and slow \
+             sweeps kind = \"coulomb-friction\" is the model"
+        }
     }
 }
 

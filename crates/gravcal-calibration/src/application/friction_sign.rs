@@ -30,8 +30,8 @@ struct Counted {
 
 impl FrictionSign {
     pub fn new(session: &Session) -> FrictionSign {
-        let with_friction = session.terms.with_friction();
-        let has_friction = |joint: usize| with_friction.contains(&joint);
+        let (with_friction, followed) = (session.terms.with_friction(), session.terms.with_presliding());
+        let has_friction = |joint: usize| with_friction.contains(&joint) && !followed.contains(&joint);
         let conditions = &session.readings.conditions;
         let by_velocity = conditions.direction.is_empty() && matches!(conditions.velocity, MotionSource::Columns(_));
         let count = if by_velocity { session.joints.len() } else { 0 };

@@ -21,8 +21,8 @@ mod gravity;
 mod tests;
 mod values;
 
-use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
-use gravcal_robot_model::parameter::SensorParameter;
+use gravcal_recording::{Conditions, DahlFriction, EarlierEstimate, MotionSource, is_saturated};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::sensors::{Moment, Need};
 use gravcal_robot_model::session::Session;
 
@@ -63,6 +63,8 @@ pub struct Application<'a> {
     torques: Vec<f64>,
     conditions: Conditions,
     friction_sign: FrictionSign,
+    /// Of each joint whose friction builds up before it slides.
+    built_up: Vec<Option<DahlFriction>>,
     /// By joint, readings at an end of the range.
     saturated: Vec<u64>,
     /// Torque readings whose torque is not known.
@@ -91,6 +93,9 @@ impl<'a> Application<'a> {
         };
         let joints = session.joints.len();
         let friction_sign = FrictionSign::new(session);
+        let followed = session.terms.with_presliding();
+        let scale = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::PositionGain));
+        let built_up = |joint: usize| followed.contains(&joint).then(|| DahlFriction::new(scale(joint)));
         Ok(Application {
             session,
             values,
@@ -104,9 +109,11 @@ impl<'a> Application<'a> {
                 velocity: vec![f64::NAN; joints],
                 acceleration: Vec::new(),
                 direction: vec![f64::NAN; session.readings.conditions.direction.len()],
+                presliding: Vec::new(),
                 further: vec![f64::NAN; session.readings.conditions.further.len()],
             },
             friction_sign,
+            built_up: (0..joints).map(built_up).collect(),
             saturated: vec![0; joints],
             without_torque: 0,
         })
@@ -189,6 +196,12 @@ impl<'a> Application<'a> {
             hear(last, *column, &|cell| cell);
         }
         self.friction_sign.report(conditions);
+        for (friction, position) in self.built_up.iter_mut().zip(&self.positions) {
+            friction.iter_mut().filter(|_| !position.is_nan()).for_each(|friction| friction.go(*position));
+        }
+        if self.built_up.iter().any(Option::is_some) {
+            conditions.presliding = self.built_up.iter().map(|friction| friction.as_ref()?.state()).collect();
+        }
     }
 
     /// Coordinates and velocities in the units of their columns.

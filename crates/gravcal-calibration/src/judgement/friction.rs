@@ -4,7 +4,7 @@
 //! `v s q̇² / k`: coefficients have the sign of `k s`.
 
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::sensors::friction::{COULOMB, VISCOUS};
+use gravcal_robot_model::sensors::friction::{COULOMB, PRESLIDING, VISCOUS};
 use gravcal_robot_model::session::Session;
 
 use crate::result::ParameterResult;
@@ -19,8 +19,9 @@ const CHECK: &str = "no friction does. See whether torques, positions and veloci
 
 /// Coefficients of friction that are significantly of the wrong sign.
 pub(crate) fn driving_friction_notes(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
-    let models = session.terms.models().filter(|model| [COULOMB, VISCOUS].contains(&model.name));
-    let coefficients = models.flat_map(|model| model.places().map(move |place| (model.joint, place)));
+    let models = session.terms.models().filter(|model| [COULOMB, VISCOUS, PRESLIDING].contains(&model.name));
+    // The first of its parameters; a travel has no sign.
+    let coefficients = models.flat_map(|model| model.places().take(1).map(move |place| (model.joint, place)));
     coefficients
         .filter_map(|(joint, place)| {
             let name = session.parameter_name(ParameterId::Further(place));

@@ -288,6 +288,7 @@ impl Arm {
                         velocity: mean(&|moment, j| moment.velocity[j]),
                         acceleration: mean(&|moment, j| moment.acceleration[j]),
                         direction: mean(&|moment, j| moment.velocity[j].signum()),
+                        presliding: Vec::new(),
                         further: Vec::new(),
                     },
                     course: Some(Arc::new(Course { samples: moments.clone(), kept: Default::default() })),

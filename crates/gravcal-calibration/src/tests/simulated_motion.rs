@@ -11,6 +11,7 @@ use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
+use crate::result::EstimatorResult;
 
 const LINK: &str = r#"<link name="NAME"><inertial><origin xyz="0.1 0.05 0.12"/><mass value="2"/>
     <inertia ixx="0.03" iyy="0.025" izz="0.02" ixy="0.002" ixz="-0.001" iyz="0.003"/></inertial></link>"#;
@@ -78,6 +79,27 @@ fn a_simulated_arm_in_motion_is_identified() {
     is_identified(&simulation, &session);
 }
 
+/// Friction that builds up over 2 mrad after the joint turned round: the travel is told, and with it the model explains the readings; a model
+/// without it does not.
+#[test]
+fn friction_that_builds_up_is_identified() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = "sensor_models = [{ kind = \"presliding-friction\", parameters = { coulomb_friction = { value = 0.8, unit = \"N·m\" }, \
+                 presliding_travel = { value = 0.002, unit = \"rad\" } } }]";
+    let coulomb = SIMULATION.lines().find(|line| line.starts_with("sensor_models")).unwrap();
+    let simulation = simulation(folder.path(), &SIMULATION.replace(coulomb, model));
+    let files = write_session(&simulation, 0, folder.path(), false).unwrap();
+    let result = is_identified(&simulation, &read_session(&files[0]).unwrap());
+    let travel = result.parameters.iter().find(|parameter| parameter.name == "j2.presliding_travel").unwrap();
+    let (value, std) = (travel.value.unwrap(), travel.std.unwrap());
+    assert!((value - 0.002).abs() < 4.0 * std && std < 2e-4, "{value} {std}");
+    let left = |result: &EstimatorResult| result.fit.as_ref().unwrap().joints[1].rms;
+    let session = fs::read_to_string(&files[0]).unwrap().replace("presliding-friction", "coulomb-friction");
+    fs::write(&files[0], session).unwrap();
+    let without = estimated(&read_session(&files[0]).unwrap());
+    assert!(left(&without) > 1.1 * left(&result), "{} {}", left(&without), left(&result));
+}
+
 /// Motors before gears: their inertia is in the torques, and the session asks for it.
 #[test]
 fn simulated_rotors_are_identified() {
@@ -114,9 +136,8 @@ fn moves_between_simulated_poses_are_motion() {
 }
 
 /// All that is determined lies where the truth does, and nothing is open but the frame of the last link.
-fn is_identified(simulation: &Simulation, session: &Session) {
-    let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
+fn is_identified(simulation: &Simulation, session: &Session) -> EstimatorResult {
+    let result = estimated(session);
     let open: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
     assert_eq!(open, ["j3.position_offset"]);
     let ids = simulation.template.parameters();
@@ -135,4 +156,10 @@ fn is_identified(simulation: &Simulation, session: &Session) {
     let gain = result.parameters.iter().find(|parameter| parameter.name == "j2.torque_gain").unwrap();
     let truth = simulation.truth.sensors[1][SensorParameter::TorqueGain as usize];
     assert!((gain.value.unwrap() - truth).abs() < 0.01, "{gain:?}");
+    result
+}
+
+fn estimated(session: &Session) -> EstimatorResult {
+    let solver = LevenbergMarquardt::default();
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap()
 }

@@ -290,6 +290,7 @@ impl Unfinished {
                     velocity,
                     acceleration: Vec::new(),
                     direction: self.direction.clone(),
+                    presliding: Vec::new(),
                     further: Vec::new(),
                 },
                 merged: joints.clone().map(|joint| self.tested[joint].sum.count).fold(1.0, f64::max) as u32,

@@ -1,5 +1,6 @@
 //! Hann windows over a run.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -9,6 +10,7 @@ use super::weight::Weighing;
 use super::{Course, FEWEST, Kept, MotionSample, MotionWindow, OVERLAP, WindowRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
+use crate::presliding::{DahlFriction, Presliding};
 use crate::static_pose::{Reading, StaticPose};
 
 /// In how many steps a window is divided, at whose ends the model is asked how the arm moves.
@@ -27,10 +29,17 @@ pub(super) fn windows(
     let (Some(begin), Some(end)) = (times.first(), times.last()) else { return };
     let signs: Vec<Vec<f64>> =
         run.states.iter().zip(&rule.moving).map(|(states, moving)| signs(states, *moving)).collect();
+    let mut presliding: Vec<Option<Followed>> = run
+        .states
+        .iter()
+        .zip(&rule.presliding)
+        .map(|(states, scale)| scale.map(|s| Followed::new(states, s)))
+        .collect();
     let count = ((end - begin - reach) * OVERLAP / rule.length).floor();
     for number in 0..=count.max(0.0) as usize {
         let start = begin + before + number as f64 * rule.length / OVERLAP;
-        found.extend(Window { recorded, run, channels, rule, signs: &signs, start }.reported());
+        let window = Window { recorded, run, channels, rule, signs: &signs, start };
+        found.extend(window.reported(&mut presliding));
     }
 }
 
@@ -58,6 +67,33 @@ fn signs(states: &[[f64; 3]], moving: f64) -> Vec<f64> {
     (0..states.len()).map(sign).collect()
 }
 
+/// How far friction has built up over a run, kept as long as windows reach back.
+struct Followed<'a> {
+    positions: &'a [[f64; 3]],
+    friction: DahlFriction,
+    /// The row of the first that is kept.
+    first: usize,
+    kept: VecDeque<Option<Presliding>>,
+}
+
+impl<'a> Followed<'a> {
+    fn new(positions: &'a [[f64; 3]], scale: f64) -> Followed<'a> {
+        Followed { positions, friction: DahlFriction::new(scale), first: 0, kept: VecDeque::new() }
+    }
+
+    /// The mean over rows of the run, which begin no earlier than any before; nothing where it is not known in all of them.
+    fn mean(&mut self, rows: Range<usize>, weights: &[f64]) -> Option<Presliding> {
+        for [position, ..] in &self.positions[self.first + self.kept.len()..rows.end] {
+            self.friction.go(*position);
+            self.kept.push_back(self.friction.state());
+        }
+        self.kept.drain(..rows.start - self.first);
+        self.first = rows.start;
+        let states: Vec<Presliding> = self.kept.iter().take(rows.len()).copied().collect::<Option<_>>()?;
+        Some(Presliding::mean(weights.iter().copied().zip(states)))
+    }
+}
+
 /// The rows of a window, and how much each counts.
 struct Weighed {
     rows: Range<usize>,
@@ -72,7 +108,7 @@ impl Weighed {
 }
 
 impl Window<'_> {
-    fn reported(&self) -> Option<MotionWindow> {
+    fn reported(&self, presliding: &mut [Option<Followed>]) -> Option<MotionWindow> {
         let (joints, length) = (self.channels.joints, self.rule.length);
         let model = self.weighed(&self.of_model(), |_| true)?;
         let state =
@@ -96,6 +132,10 @@ impl Window<'_> {
             }
             torque[joint] = Some(Reading { value: weighed.mean(value), std: None });
         }
+        let from = |row: usize| row - self.run.rows.start;
+        let built_up = |followed: &mut Option<Followed>| {
+            followed.as_mut()?.mean(from(model.rows.start)..from(model.rows.end), &model.weights)
+        };
         let others =
             |channels: &[usize]| channels.iter().map(|c| model.mean(|row| self.recorded.value(row, *c))).collect();
         Some(MotionWindow {
@@ -113,6 +153,7 @@ impl Window<'_> {
                     velocity: (0..joints).map(|joint| state(joint, 1)).collect(),
                     acceleration: (0..joints).map(|joint| state(joint, 2)).collect(),
                     direction: (0..joints).map(|joint| model.mean(|row| sign(joint, row))).collect(),
+                    presliding: presliding.iter_mut().map(built_up).collect(),
                     further: Vec::new(),
                 },
                 merged: model.rows.len() as u32,

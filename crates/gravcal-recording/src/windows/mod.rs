@@ -22,7 +22,7 @@
 //! late, their window is as much later.
 //!
 //! What a joint reads besides goes through the same window: the mean of the sign of its motion (`direction`; while it stands, that of its nearest
-//! motion), of its velocity, of its acceleration.
+//! motion), of its velocity, of its acceleration; and, where it is asked for, how far friction has built up (`presliding.rs`).
 //!
 //! The recording is read once. Positions and torques are kept until the smoothing is done, 8 bytes a number.
 
@@ -57,6 +57,8 @@ pub struct WindowRule {
     pub length: f64,
     /// Speed above which a joint moves, in each joint's position reading per second: below, friction has no known sign.
     pub moving: Vec<f64>,
+    /// Of each joint whose friction builds up before it slides, rad or m in a unit of its position reading: that is followed then. Empty where none does.
+    pub presliding: Vec<Option<f64>>,
     /// A full turn in each joint's position reading; nothing of a joint that slides.
     pub turn: Vec<Option<f64>>,
     /// By how much torques come later than positions, s; negative where positions come later.

@@ -30,6 +30,7 @@ fn rule() -> WindowRule {
     WindowRule {
         length: 0.32,
         moving: vec![0.02],
+        presliding: Vec::new(),
         turn: vec![Some(2.0 * PI)],
         torque_lag: 0.0,
         recorded_filter: None,

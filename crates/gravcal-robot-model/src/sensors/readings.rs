@@ -114,6 +114,7 @@ mod tests {
             velocity: vec![0.1, -0.2, 0.3],
             acceleration: Vec::new(),
             direction: vec![1.0, -1.0, 1.0],
+            presliding: Vec::new(),
             further: Vec::new(),
         };
         for torque in [[0.0; 3], [12.0, -30.0, 7.0], [-25.0, 18.0, -9.0]] {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::crosstalk::Crosstalk;
 use super::drift::{DriftInTime, DriftWithTemperature};
 use super::formula::Formula;
-use super::friction::{Coulomb, Viscous};
+use super::friction::{Coulomb, Presliding, Viscous};
 use super::harmonics::Harmonics;
 use super::model::{SensorModel, Side};
 use super::polynomial::Polynomial;
@@ -18,6 +18,7 @@ pub(crate) fn standard_sensor_models() -> Vec<Arc<dyn SensorModel>> {
         Arc::new(Polynomial),
         Arc::new(Coulomb),
         Arc::new(Viscous),
+        Arc::new(Presliding),
         Arc::new(Crosstalk),
         Arc::new(Harmonics),
         Arc::new(Formula(Side::Torque)),

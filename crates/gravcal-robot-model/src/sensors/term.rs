@@ -57,6 +57,8 @@ pub enum Need {
     Velocity,
     /// From which side the joint came; its velocity tells, too.
     Direction,
+    /// How far friction has built up since the joint last turned round: of an arm in motion.
+    Presliding,
 }
 
 impl Reads {
@@ -236,6 +238,13 @@ impl<N: Number> Moment<'_, N> {
     pub fn direction(&self, joint: usize) -> f64 {
         let by_velocity = || self.conditions.velocity.get(joint).map(|v| if *v == 0.0 { 0.0 } else { v.signum() });
         self.conditions.direction.get(joint).copied().or_else(by_velocity).unwrap_or(0.0)
+    }
+
+    /// How far a joint's friction has built up over a travel (rad or m), from −1 to 1, and its slope by the travel; all of it, by the
+    /// direction, where that was not followed.
+    pub fn presliding(&self, joint: usize, travel: f64) -> (f64, f64) {
+        let followed = self.conditions.presliding.get(joint).copied().flatten();
+        followed.map_or_else(|| (self.direction(joint), 0.0), |followed| followed.at(travel))
     }
 
     fn lifted(&self, variable: Variable) -> Option<N> {

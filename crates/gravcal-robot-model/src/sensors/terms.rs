@@ -75,14 +75,24 @@ impl SensorTerms {
 
     /// Whether any tells poses apart by how the joint came there or moves.
     pub fn need_direction(&self) -> bool {
-        let tells = |need: &Need| matches!(need, Need::Direction | Need::Velocity);
+        let tells = |need: &Need| matches!(need, Need::Direction | Need::Velocity | Need::Presliding);
         self.terms.iter().any(|term| term.reads.needs().iter().any(tells))
     }
 
     /// Joints whose torque readings depend on the side from which they came.
     pub fn with_friction(&self) -> Vec<usize> {
-        let depends = |term: &&Term| term.side == Side::Torque && term.reads.needs().contains(&Need::Direction);
-        self.terms.iter().filter(depends).map(|term| term.joint).collect()
+        self.of_torque_that_need(&[Need::Direction, Need::Presliding])
+    }
+
+    /// Joints whose friction builds up before they slide.
+    pub fn with_presliding(&self) -> Vec<usize> {
+        self.of_torque_that_need(&[Need::Presliding])
+    }
+
+    fn of_torque_that_need(&self, any: &[Need]) -> Vec<usize> {
+        let needs =
+            |term: &&Term| term.side == Side::Torque && term.reads.needs().iter().any(|need| any.contains(need));
+        self.terms.iter().filter(needs).map(|term| term.joint).collect()
     }
 
     /// Whether all readings are affine in the torques.

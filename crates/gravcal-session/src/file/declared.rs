@@ -61,8 +61,9 @@ impl Declared {
             [readings::unexplained(context, &written.readings)?, instruments.unexplained.clone()].concat();
         let said = joints::said(context, &written.joint, written.joints.as_ref())?;
         let joints = joints::resolve(context, &mapping, &said)?;
-        let motion = in_motion(context, &written.readings, &mapping, &joints)?;
+        let mut motion = in_motion(context, &written.readings, &mapping, &joints)?;
         let (terms, mut further) = models::resolve(context, registry, &mapping, &motion, &joints, &said)?;
+        motion::follow_friction(context, &mut motion, &joints, &terms.with_presliding());
         let instruments = instruments.behind(&mut further);
         instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
         let observed = (&mut mapping, &mut further);
@@ -107,9 +108,8 @@ impl Declared {
     ) -> Result<ReadPoses, SessionError> {
         let (document, loads) = (context.document, &self.loads);
         let mut read = if self.motion.is_any() {
-            let (apart, frictional) = (self.terms.need_direction(), self.terms.with_friction());
-            let (chain, joints) = (&context.robot.chain, &self.joints[..]);
-            let recordings = Recordings { document, memory, written, chain, joints, loads, apart, frictional, watch };
+            let (chain, joints, terms) = (&context.robot.chain, &self.joints[..], &self.terms);
+            let recordings = Recordings { document, memory, written, chain, joints, loads, terms, watch };
             recordings.read(tables, &self.mapping, &self.motion)?
         } else {
             poses::read_all(document, memory, written, tables, &self.mapping)?

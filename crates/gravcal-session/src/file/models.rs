@@ -92,6 +92,7 @@ fn knows(mapping: &PoseMapping, motion: &InMotion, need: Need) -> bool {
         Need::Time => found || conditions.time.is_some(),
         Need::Temperature => !conditions.temperature.is_empty(),
         Need::Velocity => motion.sweeps.is_some() || motion.windows.is_some() || conditions.velocity.is_known(),
+        Need::Presliding => motion.windows.is_some(),
         Need::Direction => found || !conditions.direction.is_empty() || conditions.velocity.is_known(),
     }
 }

@@ -163,6 +163,11 @@ fn a_condition_that_no_column_gives_is_named_with_its_cure() {
         ),
         ("viscous-friction", "", "the velocity of each joint: add readings.velocity = { columns ="),
         ("coulomb-friction", "", "to know from which side the joints came: add readings.direction = { columns ="),
+        (
+            "presliding-friction",
+            "",
+            "the motion of the joint from moment to moment: record the arm in motion and say readings.motion",
+        ),
     ];
     for (kind, options, need) in needs {
         let expected = format!("15: joint[0].sensor_models[0].kind: {kind} needs {need}");

@@ -76,11 +76,27 @@ pub(super) fn resolve(
     Ok(WindowRule {
         length,
         moving: travels.iter().map(speed).collect(),
+        presliding: Vec::new(),
         turn: travels.iter().map(turn).collect(),
         torque_lag,
         recorded_filter,
         part: Part::default(),
     })
+}
+
+/// Has windows follow the friction of these joints.
+pub(super) fn follow_friction(
+    context: &Context<'_>,
+    motion: &mut InMotion,
+    joints: &[JointPriors],
+    followed: &[usize],
+) {
+    let Some(windows) = motion.windows.as_mut().filter(|_| !followed.is_empty()) else { return };
+    let scales = travels(&context.robot.chain, joints).into_iter().enumerate();
+    let scale = |(joint, travel): (usize, Travel)| match travel {
+        Travel::Turns(scale) | Travel::Slides(scale) => followed.contains(&joint).then_some(scale),
+    };
+    windows.presliding = scales.map(scale).collect();
 }
 
 /// Refuses slow sweeps beside windows: what a joint passes slowly is in windows, too. (Windows leave standstills out that count by themselves.)

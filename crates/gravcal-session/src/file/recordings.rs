@@ -8,6 +8,7 @@ use gravcal_recording::{
     Course, Memory, MotionWindow, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched,
     WindowRule, motion_windows, slow_sweeps, static_poses,
 };
+use gravcal_robot_model::sensors::SensorTerms;
 use gravcal_robot_model::session::{JointPriors, Load, Pose, PoseTable, Searched};
 
 use super::context::SessionError;
@@ -42,10 +43,7 @@ pub(super) struct Recordings<'a> {
     pub chain: &'a Chain,
     pub joints: &'a [JointPriors],
     pub loads: &'a [Load],
-    /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
-    pub apart: bool,
-    /// Joints whose readings depend on the side from which they came.
-    pub frictional: Vec<usize>,
+    pub terms: &'a SensorTerms,
     /// Told how far each recording is read.
     pub watch: &'a dyn Fn(&Path, f64),
 }
@@ -75,13 +73,14 @@ impl Recordings<'_> {
                 return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected, clock }));
             }
             self.subtract_speed(table.load, &mut searched);
-            let mut poses = searched.poses(self.apart);
-            for joint in &self.frictional {
+            // Where a sensor's model tells both ways of a sweep apart, each is a pose of its own.
+            let mut poses = searched.poses(self.terms.need_direction());
+            for joint in &self.terms.with_friction() {
                 searched.remarks.extend(leave_out_unknown_sides(&mut poses, *joint, mapping));
             }
             let first = all.poses.len();
             all.take(index, table.load, poses);
-            all.take_windows(index, table.load, windows(&searched, &self.frictional));
+            all.take_windows(index, table.load, windows(&searched, self.terms));
             if searched.windows.is_some() {
                 // Standstills and windows share errors of their time: blocks of seconds hold both.
                 let time = |pose: &Pose| pose.conditions.time.unwrap_or(f64::NEG_INFINITY);
@@ -136,20 +135,25 @@ fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &Pos
 /// A joint that does not move over this share of a window's weight has friction of unknown sign there.
 const RESTS: f64 = 0.25;
 
-/// The windows of a recording, but for those of a standstill that counts by itself. A joint with friction has no reading where it rests.
+/// The windows of a recording, but for those of a standstill that counts by itself. A joint with friction has no reading where it rests, or,
+/// where its friction builds up, as long as it is not known how far.
 fn windows<'s>(
     searched: &'s Searched,
-    frictional: &[usize],
+    terms: &SensorTerms,
 ) -> impl Iterator<Item = (StaticPose, Arc<Course>)> + use<'s> {
     let standstills = searched.standstills.iter().flat_map(|found| &found.found);
     let counted: Vec<[f64; 2]> = standstills.map(|found| found.interval).collect();
     let apart = move |window: &&MotionWindow| {
         counted.iter().all(|counted| window.interval[1] <= counted[0] || counted[1] <= window.interval[0])
     };
-    let frictional = frictional.to_vec();
+    let (frictional, followed) = (terms.with_friction(), terms.with_presliding());
+    let unknown = move |window: &MotionWindow, joint: usize| match followed.contains(&joint) {
+        true => window.pose.conditions.presliding[joint].is_none(),
+        false => window.resting[joint] > RESTS,
+    };
     let reported = move |window: &MotionWindow| {
         let mut means = window.pose.clone();
-        frictional.iter().filter(|joint| window.resting[**joint] > RESTS).for_each(|joint| means.torque[*joint] = None);
+        frictional.iter().filter(|joint| unknown(window, **joint)).for_each(|joint| means.torque[*joint] = None);
         (means, Arc::clone(&window.course))
     };
     searched.windows.iter().flat_map(|found| &found.found).filter(apart).map(reported)

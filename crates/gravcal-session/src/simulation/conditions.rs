@@ -55,6 +55,7 @@ impl<'a> Course<'a> {
             }),
             acceleration: Vec::new(),
             direction: if *direction { directions } else { Vec::new() },
+            presliding: Vec::new(),
             further: Vec::new(),
         };
         self.passed += 1;

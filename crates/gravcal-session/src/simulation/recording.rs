@@ -14,7 +14,7 @@
 //! order from sample to sample. What makes a recording dirty (outliers, lost messages, touches) is drawn apart from the noise: a dirty
 //! recording has the noise of the clean one; so are friction at rest ([`super::friction`]) and the walk of zeros.
 
-use gravcal_recording::{Conditions, Reading};
+use gravcal_recording::{Conditions, DahlFriction, Reading};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Moment;
 use gravcal_robot_model::session::{Pose, Session};
@@ -204,6 +204,8 @@ impl<'a> Recorder<'a> {
         let mut dynamics = Dynamics::new(simulation, simulation.template.tables[table].load);
         for _ in 0..stretches {
             let trajectory = harmonic.trajectory(simulation, &mut self.trajectories);
+            let joint = |joint| DahlFriction::new(self.position_gain(joint));
+            let mut built_up: Vec<DahlFriction> = (0..self.direction.len()).map(joint).collect();
             for sample in 0..self.motion.samples {
                 let [coordinates, velocities, accelerations] = trajectory.at(sample as f64 / self.motion.rate);
                 let sensors = coordinates.iter().zip(&simulation.truth.sensors);
@@ -212,7 +214,9 @@ impl<'a> Recorder<'a> {
                 let velocity: Vec<f64> =
                     velocities.iter().enumerate().map(|(joint, speed)| speed / self.position_gain(joint)).collect();
                 self.direction = velocity.iter().map(|speed| speed.signum()).collect();
-                let conditions = Conditions { velocity, ..self.conditions(self.time()) };
+                built_up.iter_mut().zip(&position).for_each(|(friction, reading)| friction.go(*reading));
+                let presliding = built_up.iter().map(DahlFriction::state).collect();
+                let conditions = Conditions { velocity, presliding, ..self.conditions(self.time()) };
                 let true_coordinates = simulation.coordinates(&position, &conditions);
                 let mut torque = dynamics.torques([&true_coordinates, &velocities, &accelerations]).to_vec();
                 if let Some(bristles) = &mut self.bristles {

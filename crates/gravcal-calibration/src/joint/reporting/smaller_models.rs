@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use gravcal_estimation::BlockId;
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::sensors::friction::{COULOMB, VISCOUS};
+use gravcal_robot_model::sensors::friction::{COULOMB, PRESLIDING, VISCOUS};
 use gravcal_robot_model::session::Session;
 
 use crate::joint::building::build::build_with_constraints;
@@ -50,7 +50,7 @@ fn standing(session: &Session) -> Session {
 
 /// Places of the coefficients of friction among the further parameters.
 fn friction(session: &Session) -> Vec<usize> {
-    let models = session.terms.models().filter(|model| [COULOMB, VISCOUS].contains(&model.name));
+    let models = session.terms.models().filter(|model| [COULOMB, VISCOUS, PRESLIDING].contains(&model.name));
     models.flat_map(|model| model.places().collect::<Vec<_>>()).collect()
 }
 

@@ -178,6 +178,7 @@ fn with_terms(terms: &SensorTerms, compliances: usize) -> (PoseTorque, Vec<usize
         velocity: vec![0.3, -0.2, 0.4],
         acceleration: Vec::new(),
         direction: vec![1.0, -1.0, 0.0],
+        presliding: Vec::new(),
         further: Vec::new(),
     };
     let readings = vec![(0, 2.0), (1, 2.0), (2, 2.0)];

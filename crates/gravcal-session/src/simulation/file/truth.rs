@@ -184,6 +184,7 @@ impl Reader<'_> {
         let knows = |need| match need {
             Need::Time => moves || said(&|table| table.pose_interval_s.is_some()),
             Need::Temperature => said(&|table| table.temperature_degc.is_some()),
+            Need::Presliding => self.table.recording.as_ref().is_some_and(|table| table.motion.is_some()),
             Need::Velocity if self.table.recording.as_ref().is_some_and(|table| table.motion.is_some()) => true,
             Need::Velocity => said(&|table| table.largest_speed_rad_or_m_per_s.is_some()),
             Need::Direction => moves || said(&|table| table.direction || table.largest_speed_rad_or_m_per_s.is_some()),

@@ -45,6 +45,7 @@ fn window(terms: &SensorTerms, moving: f64) -> (MotionTorque, Arc<PoseTorqueMode
         velocity: vec![0.3, -0.2, 0.4],
         acceleration: vec![0.1; 3],
         direction: vec![0.6, -1.0, 0.0],
+        presliding: Vec::new(),
         further: Vec::new(),
     };
     let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
