@@ -9,7 +9,7 @@
 //!   decide: where the torques of the estimated moments oppose those of the assumed ones, all sensors are reversed (or gravity is
 //!   declared upside down, which no reading tells from that). Only torques that change count, as a bias takes up the rest, and only
 //!   those of joints that themselves turn far: within a narrow range a centre of mass that lies a little elsewhere does the same. Where gravity's
-//!   direction is open nothing opposes anything.
+//!   direction is open, or where noise hides either torques, nothing opposes anything.
 //!
 //! A force-torque sensor is reversed where the mass of its tool comes out negative: the same readings are those of a positive mass
 //! with gains of the other sign.
@@ -44,6 +44,8 @@ const WITHIN: f64 = 5.0;
 const NEGATIVE: f64 = 5.0;
 /// Below this correlation the estimated torques oppose the assumed ones.
 const OPPOSED: f64 = -0.5;
+/// Torques are seen where so many times their noise, squared and summed over the readings, is exceeded: five standard deviations of one moment.
+const SEEN: f64 = 25.0;
 /// A joint's torques tell of signs where it turns by so much, rad, at least; where it slides they depend on others' turning.
 const TURNS: f64 = 0.8;
 
@@ -254,7 +256,17 @@ fn agreement(session: &Session, solved: &Solved, state: &State) -> Option<f64> {
     let turn_far: Vec<bool> = (0..session.joints.len()).map(|joint| turns_far(session, joint)).collect();
     let of_one_that_turns = |id: &ReadingId| turn_far.get(id.channel) == Some(&true);
     let informative: Vec<ReadingId> = solved.built.rows.iter().copied().filter(of_one_that_turns).collect();
-    let with = |values: &State| correlation(&informative, &estimated, &bare_torques(session, values, &nominal));
+    let noise = |id: &ReadingId| {
+        let gain = state.sensors[id.channel][SensorParameter::TorqueGain as usize].abs();
+        solved.readings.std(session, id.pose, id.channel) / gain
+    };
+    if !is_seen(&informative, &estimated, noise) {
+        return None;
+    }
+    let with = |values: &State| {
+        let assumed = bare_torques(session, values, &nominal);
+        is_seen(&informative, &assumed, noise).then(|| correlation(&informative, &estimated, &assumed)).flatten()
+    };
     let (here, there) = (with(state)?, with(&nominal)?);
     (here * there > 0.0).then(|| if here.abs() < there.abs() { here } else { there })
 }
@@ -283,6 +295,16 @@ fn turns_far(session: &Session, joint: usize) -> bool {
     (angles().fold(f64::MIN, f64::max) - angles().fold(f64::MAX, f64::min)) * gain > TURNS
 }
 
+/// Whether torques, each joint's mean taken away, are beyond what `noise` of a reading, N·m or N, makes of none.
+fn is_seen(informative: &[ReadingId], torques: &[Vec<f64>], noise: impl Fn(&ReadingId) -> f64) -> bool {
+    let of_joint = |joint: usize| {
+        let own = || informative.iter().filter(move |id| id.channel == joint);
+        let mean = own().map(|id| torques[id.pose][joint]).sum::<f64>() / own().count().max(1) as f64;
+        own().map(|id| ((torques[id.pose][joint] - mean) / noise(id)).powi(2)).sum::<f64>()
+    };
+    (0..torques.first().map_or(0, Vec::len)).map(of_joint).sum::<f64>() > SEEN
+}
+
 /// Correlation of two sets of torques over these readings, by pose and joint, each joint's mean taken away.
 fn correlation(informative: &[ReadingId], first: &[Vec<f64>], second: &[Vec<f64>]) -> Option<f64> {
     let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
@@ -299,8 +321,9 @@ fn correlation(informative: &[ReadingId], first: &[Vec<f64>], second: &[Vec<f64>
 
 #[cfg(test)]
 mod tests {
-    use gravcal_robot_model::session::{PriorKind, Session};
+    use gravcal_robot_model::session::{PriorKind, ReadingId, Session};
 
+    use super::is_seen;
     use crate::result::{EstimatorResult, Verdict};
     use crate::testing::sarcos_shoulder;
     use crate::testing::sensor_models::estimate;
@@ -357,6 +380,15 @@ mod tests {
     #[test]
     fn two_of_three_are_named_by_the_assumed_masses() {
         assert_named(&estimate(&with_reversed(&[0, 2])), "sensors of joint1, joint3 ");
+    }
+
+    /// What a load's unknown place leaves to the joint about whose upright axis it turns is noise, and opposes nothing.
+    #[test]
+    fn torques_are_seen_beyond_their_noise_only() {
+        let torques: Vec<Vec<f64>> = (0..10).map(|pose| vec![7.0, 0.1 * f64::from(pose % 2)]).collect();
+        let ids = |channel: usize| (0..10).map(|pose| ReadingId { pose, channel }).collect::<Vec<_>>();
+        assert!(!is_seen(&ids(0), &torques, |_| 1e-3), "a mean is a bias");
+        assert!(is_seen(&ids(1), &torques, |_| 0.03) && !is_seen(&ids(1), &torques, |_| 0.04));
     }
 
     #[test]
