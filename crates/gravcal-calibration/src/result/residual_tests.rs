@@ -63,6 +63,8 @@ pub enum ResidualTestKind {
     Acceleration,
     /// A reading that depends on the side from which its joint came.
     Direction,
+    /// Friction of an arm in motion that builds up after its joint turned round.
+    Presliding,
     /// A torque reading of an arm in motion that comes later than its positions, or sooner.
     TorqueLag,
     /// A torque reading of an arm in motion that passed a filter that its positions have not passed, or the other way round.
@@ -86,6 +88,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Velocity => f.write_str("velocity"),
             ResidualTestKind::Acceleration => f.write_str("acceleration"),
             ResidualTestKind::Direction => f.write_str("side of approach"),
+            ResidualTestKind::Presliding => f.write_str("pre-sliding"),
             ResidualTestKind::TorqueLag => f.write_str("torque lag"),
             ResidualTestKind::TorqueFilter => f.write_str("torque filter"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),

@@ -11,7 +11,7 @@ use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
-use crate::result::EstimatorResult;
+use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind};
 
 const LINK: &str = r#"<link name="NAME"><inertial><origin xyz="0.1 0.05 0.12"/><mass value="2"/>
     <inertia ixx="0.03" iyy="0.025" izz="0.02" ixy="0.002" ixz="-0.001" iyz="0.003"/></inertial></link>"#;
@@ -97,6 +97,9 @@ fn friction_that_builds_up_is_identified() {
     let session = fs::read_to_string(&files[0]).unwrap().replace("presliding-friction", "coulomb-friction");
     fs::write(&files[0], session).unwrap();
     let without = estimated(&read_session(&files[0]).unwrap());
+    let named = |test: &&ResidualTest| test.named && test.kind == ResidualTestKind::Presliding && test.channel == "j2";
+    assert!(without.residual_tests.iter().any(|test| named(&test)), "{:?}", without.notes);
+    assert!(result.residual_tests.iter().all(|test| test.kind != ResidualTestKind::Presliding || test.channel != "j2"));
     assert!(left(&without) > 1.1 * left(&result), "{} {}", left(&without), left(&result));
 }
 

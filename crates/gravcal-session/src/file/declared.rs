@@ -63,7 +63,7 @@ impl Declared {
         let joints = joints::resolve(context, &mapping, &said)?;
         let mut motion = in_motion(context, &written.readings, &mapping, &joints)?;
         let (terms, mut further) = models::resolve(context, registry, &mapping, &motion, &joints, &said)?;
-        motion::follow_friction(context, &mut motion, &joints, &terms.with_presliding());
+        motion::follow_friction(context, &mut motion, &joints, &terms.with_friction());
         let instruments = instruments.behind(&mut further);
         instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
         let observed = (&mut mapping, &mut further);

@@ -20,6 +20,8 @@ const STEP: f64 = 1e-4;
 const MOST_TABLES: usize = 40;
 /// Rows of a table that can be told to drift.
 const DRIFTING: usize = 4;
+/// Travel over which friction is taken to build up where that is looked for, rad or m: that of most gears.
+const TRAVEL: f64 = 1e-3;
 
 /// A term that is looked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +34,8 @@ pub enum Term {
     Velocity,
     Acceleration,
     Direction,
+    /// Of the size of a friction that is there at once.
+    Presliding,
     TorqueLag,
     TorqueFilter,
     Tables,
@@ -85,11 +89,23 @@ impl<'a> Columns<'a> {
                 terms.extend(ORDERS.map(Term::TorqueHarmonic));
             }
             terms.extend([Term::Velocity, Term::Acceleration, Term::Direction]);
+            if self.may_build_up(channel) {
+                terms.push(Term::Presliding);
+            }
             if !self.predictions.is_empty() {
                 terms.extend([Term::TorqueLag, Term::TorqueFilter]);
             }
         }
         terms
+    }
+
+    /// Whether a joint has friction in the model that is there at once, and it was followed how it would build up.
+    fn may_build_up(&self, joint: usize) -> bool {
+        let terms = &self.session.terms;
+        let followed = |pose: &Pose| pose.conditions.presliding.get(joint).is_some_and(Option::is_some);
+        terms.with_friction().contains(&joint)
+            && !terms.with_presliding().contains(&joint)
+            && self.session.poses.iter().any(followed)
     }
 
     /// Those of a joint's coordinate, which every channel may show.
@@ -128,6 +144,7 @@ impl<'a> Columns<'a> {
             Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity)],
             Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration)],
             Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction)],
+            Term::Presliding => vec![self.reading(channel, |pose| self.not_built_up(channel, pose))],
             Term::TorqueLag => vec![self.of_slopes(channel, |[slope, _]| -slope)],
             Term::TorqueFilter => vec![self.of_slopes(channel, |[_, bend]| bend)],
         }
@@ -217,6 +234,12 @@ impl<'a> Columns<'a> {
 
     fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>) -> Vec<f64> {
         self.reading(joint, |pose| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0))
+    }
+
+    /// What a friction of one that builds up over [`TRAVEL`] is less than one that is there at once; nothing where that is not known.
+    fn not_built_up(&self, joint: usize, pose: usize) -> f64 {
+        let followed = self.session.poses[pose].conditions.presliding.get(joint).copied().flatten();
+        followed.map_or(0.0, |followed| followed.at(TRAVEL).0 - followed.at(0.0).0)
     }
 
     /// Time (or order) since the first pose of a channel that is of the same group.

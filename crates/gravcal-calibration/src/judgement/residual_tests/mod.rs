@@ -7,7 +7,7 @@
 //! of that fit.
 //!
 //! **An arm in motion.** That a torque is recorded late, or filtered, shows in the slope and the bend of the predicted readings over time
-//! ([`delayed`]).
+//! ([`delayed`]); that friction builds up after a joint turned round, in what windows say of it.
 //!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
 //! recorder does the same to all torques. One compliance of all joints, one lag and one filter of all torques are therefore looked for, too, and

@@ -28,6 +28,7 @@ impl Search<'_> {
             Term::Velocity => (ResidualTestKind::Velocity, first, self.by_motion(channel, &unit, "s")),
             Term::Acceleration => (ResidualTestKind::Acceleration, first, self.by_motion(channel, &unit, "s²")),
             Term::Direction => (ResidualTestKind::Direction, first, unit),
+            Term::Presliding => (ResidualTestKind::Presliding, first, unit),
             Term::TorqueLag => (ResidualTestKind::TorqueLag, first, "s".to_owned()),
             Term::TorqueFilter => (ResidualTestKind::TorqueFilter, first, "s²".to_owned()),
             Term::Tables => {

@@ -224,6 +224,11 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residual of {channel} goes with its acceleration: {size} {unit}. This is inertia."),
             of_inertia(session, test),
         ),
+        ResidualTestKind::Presliding => (
+            format!("The residual of {channel} shows friction that builds up after each reversal: {size} {unit} of it are not there at once."),
+            "Where the torque sensor is behind the gear this is pre-sliding: say kind = \"presliding-friction\" instead of \"coulomb-friction\"."
+                .into(),
+        ),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
             tables(of_joint),
