@@ -19,8 +19,10 @@ const FAR: f64 = 3.0;
 const FAR_TURNED: f64 = FRAC_PI_4;
 /// So far turned, rad, is what gravity upside down or a load on the wrong poses makes of an offset.
 const HALF_TURN: f64 = 0.9 * std::f64::consts::PI;
-/// Gains that differ by less than this share are off by one factor.
+/// Gains that differ by less than this share have one factor.
 const ONE_FACTOR: f64 = 0.2;
+/// Gains are off by one factor where its logarithm is so many times the scatter of theirs.
+const BEYOND_SCATTER: f64 = 3.0;
 /// Sensors that read the torque itself, all off by one factor beyond this: rather the load's mass is, than all of them alike.
 const FAR_TOGETHER: f64 = 1.3;
 
@@ -63,11 +65,20 @@ fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
         .collect();
     let (most, least) =
         all.iter().fold((0.0_f64, f64::MAX), |(most, least), gain| (most.max(gain.ratio), least.min(gain.ratio)));
-    let one_factor = all.iter().all(|gain| gain.together) && most < (1.0 + ONE_FACTOR) * least;
+    let one_factor = all.iter().all(|gain| gain.together) && are_off_together(&all);
     if all.len() > 1 && (one_factor || all.iter().all(|gain| gain.far) && most < FAR * least) {
         return vec![of_all(session, least, most)];
     }
     all.iter().filter(|gain| gain.far).map(|gain| of_one(session, gain)).collect()
+}
+
+/// Whether gains are off by one factor, and each by a little of its own.
+fn are_off_together(gains: &[Gain]) -> bool {
+    let logarithms = || gains.iter().map(|gain| gain.ratio.ln());
+    let count = gains.len() as f64;
+    let mean = logarithms().sum::<f64>() / count;
+    let scatter = (logarithms().map(|own| (own - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt();
+    mean.abs() > BEYOND_SCATTER * scatter
 }
 
 /// Whether the sensor's nominal gain is what its unit says, and no rough guess.
