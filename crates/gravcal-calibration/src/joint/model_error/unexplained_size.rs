@@ -53,6 +53,25 @@ impl Solved {
         Ok((0..session.channel_count()).map(of_channel).collect())
     }
 
+    /// Root mean square of the residuals of all torque readings over that of gravity's torque in them, both in N·m (N where a joint slides);
+    /// nothing where no torque is read.
+    pub(in crate::joint) fn residual_beside_gravity(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
+        let residuals = self.built.problem.residuals(&self.estimate.values)?;
+        let gain = |joint: usize| {
+            let block = self.built.variables.block(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
+            self.estimate.values.scalar(block)
+        };
+        let rows = self.built.rows.iter().zip(self.gravity_readings(session)?).zip(residuals);
+        let (mut left, mut gravity) = (0.0, 0.0);
+        for ((ReadingId { pose, channel }, reading), residual) in
+            rows.filter(|((id, _), _)| id.channel < session.joints.len())
+        {
+            left += (residual * self.readings.std(session, *pose, *channel) / gain(*channel)).powi(2);
+            gravity += (reading / gain(*channel)).powi(2);
+        }
+        Ok((gravity > 0.0).then(|| (left / gravity).sqrt()))
+    }
+
     /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading.
     fn gravity_std(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let mut read = vec![Vec::new(); session.channel_count()];

@@ -13,6 +13,9 @@ use crate::result::UnexplainedResult;
 /// Errors of so large a share of what gravity makes a sensor read contradict the model; from the smaller one on they are told.
 const LARGE: f64 = 0.1;
 const WARNING: f64 = 0.03;
+/// Beyond this share of the torques of gravity, all joints counted together, residuals are no noise of anything: the model is another robot's, or
+/// the arm moves.
+const NOTHING_EXPLAINED: f64 = 1.0;
 
 /// The errors of one channel.
 struct Errors {
@@ -88,6 +91,15 @@ impl Answer {
             return Ok(false);
         }
         let large = listed(large);
+        if self.solved.residual_beside_gravity(session)?.is_some_and(|share| share > NOTHING_EXPLAINED) {
+            findings.fail(Mistake {
+                what: format!("the torques of gravity are smaller than what they leave unexplained: {large}"),
+                advice: "Residuals so large are no noise. What to look at: whether the arm stood in each pose (rows of an arm in motion are no static \
+                         poses: see readings.still and readings.motion), the order of columns, units, the robot's file, its base and its tip."
+                    .into(),
+            });
+            return Ok(true);
+        }
         findings.doubt_for(match session.has_windows() {
             true => format!(
                 "Residuals are large beside the torque of gravity and inertia: {large}. They are taken \
