@@ -1,7 +1,7 @@
 //! What a session may have got wrong, found by trying: where the readings contradict the model, a session that differs from it in one
 //! thing and explains them names that thing.
 //!
-//! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, columns of two joints that are
+//! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, or whose zero is half a turn away, columns of two joints that are
 //! swapped, of torques or of positions, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
 //! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is lost in the middle
 //! of a table (`lost_load.rs`).
@@ -10,12 +10,17 @@
 //! stands. Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
 //! found anew with it, and allowing for how many were tried.
 
+use std::f64::consts::PI;
+
+use gravcal_dynamics::JointKind;
 use gravcal_estimation::Termination;
 use gravcal_identification::{DECISIVE, SolveEnvironment};
 use gravcal_recording::Orientation;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
+use nalgebra::Vector3;
 
+use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::{MeasurementSet, first_noise};
 use crate::joint::mistakes::exchanged_axes::ExchangedAxes;
@@ -32,6 +37,8 @@ const BETTER: f64 = 0.2;
 /// Noise that is found from fewer degrees of freedom than this part of the numbers that are fitted may by chance be anything, and with it the
 /// likelihood.
 const TELLING: usize = 2;
+/// From so far from the middle of the declared hemisphere on gravity may lie in the other one, rad.
+const EDGE: f64 = std::f64::consts::FRAC_PI_3;
 /// How many of the most promising are solved for.
 const SOLVED: usize = 3;
 
@@ -65,6 +72,8 @@ pub(in crate::joint) fn find_mistake(
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Hypothesis {
     PositionReversed(usize),
+    /// Its zero is half a turn from where it is said to be.
+    PositionHalfTurned(usize),
     TorquesSwapped(usize, usize),
     PositionsSwapped(usize, usize),
     OrientationsInverted,
@@ -93,25 +102,42 @@ fn mistaken_columns(
     }
     let (lost, tried_of_lost) = lost_loads(session, &readings)?;
     promising.extend(lost.into_iter().map(|(cost, lost)| (cost, Hypothesis::LoadLost(lost))));
-    promising.retain(|(cost, _)| *cost < BETTER_START * start);
+    // Beyond the edge of the declared hemisphere lies gravity that starts on this side of it as well.
+    let near_edge = near_edge(session, solved);
+    let worth = |cost: f64, hypothesis: Hypothesis| {
+        cost < BETTER_START * start || near_edge && hypothesis == Hypothesis::HemisphereInverted
+    };
+    promising.retain(|(cost, hypothesis)| worth(*cost, *hypothesis));
     if promising.is_empty() {
         return Ok(None);
     }
-    promising.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let later = |hypothesis: Hypothesis| !(near_edge && hypothesis == Hypothesis::HemisphereInverted);
+    promising.sort_by(|(a, of_a), (b, of_b)| later(*of_a).cmp(&later(*of_b)).then(a.total_cmp(b)));
     environment.report("looking for swapped columns");
-    let (before, _) = solve_with(session, &readings, solved, environment)?;
-    let mut best: Option<(f64, Hypothesis, State)> = None;
+    let (as_it_stands, _) = solve_with(session, &readings, solved, environment)?;
+    let mut best: Option<([f64; 2], Hypothesis, State)> = None;
     for (_, hypothesis) in promising.into_iter().take(SOLVED) {
+        // Sensors that all read the other way explain gravity in the other hemisphere as well, and are not as declared: there the solution counts.
+        let before = match hypothesis {
+            Hypothesis::HemisphereInverted => cost_of(session, &readings, solved)?,
+            _ => as_it_stands,
+        };
         let (after, end) = solve_with(&hypothesis.made(session), &hypothesis.read(&readings), solved, environment)?;
-        if after < BETTER * before && best.as_ref().is_none_or(|(lowest, ..)| after < *lowest) {
-            best = Some((after, hypothesis, end));
+        if after < BETTER * before && best.as_ref().is_none_or(|([lowest, _], ..)| after < *lowest) {
+            best = Some(([after, before], hypothesis, end));
         }
     }
-    let Some((after, hypothesis, end)) = best else { return Ok(None) };
+    let Some(([after, before], hypothesis, end)) = best else { return Ok(None) };
     let tried = hypotheses.len() + tried_of_lost;
     let made = (&hypothesis.made(session), hypothesis.read(&solved.readings), end);
     let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
     Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt())))
+}
+
+/// The cost of the solution with the noise of these readings.
+fn cost_of(session: &Session, readings: &MeasurementSet, solved: &Solved) -> Result<f64, EstimateError> {
+    let built = build_with_constraints(session, readings, &solved.state(&State::nominal(session)))?;
+    Ok(built.problem.cost(&built.initial)?)
 }
 
 /// Whether a session with its readings, started there, explains them so much better than the solution that it is no accident of having
@@ -141,8 +167,10 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
         a.torque_unit.is_some() && a.torque_unit == b.torque_unit
     });
     let positions = pairs().filter(|(a, b)| session.joints[*a].position_unit == session.joints[*b].position_unit);
+    let turns = |joint: &usize| session.robot.chain.joints()[*joint].kind == JointKind::Revolute;
     (0..joints)
         .map(Hypothesis::PositionReversed)
+        .chain((0..joints).filter(turns).map(Hypothesis::PositionHalfTurned))
         .chain(torques.map(|(a, b)| Hypothesis::TorquesSwapped(a, b)))
         .chain(positions.map(|(a, b)| Hypothesis::PositionsSwapped(a, b)))
         .chain(session.readings.orientation.is_some().then_some(Hypothesis::OrientationsInverted))
@@ -150,6 +178,15 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
         .chain(exchangeable(session).then_some(Hypothesis::LoadExchanged))
         .chain(ExchangedAxes::all(session).into_iter().map(Hypothesis::AxesExchanged))
         .collect()
+}
+
+/// Whether gravity came out so far from the middle of the declared hemisphere that the truth may lie in the other one.
+fn near_edge(session: &Session, solved: &Solved) -> bool {
+    let (Some(pole), g) = (session.gravity.hemisphere, solved.state(&State::nominal(session)).gravity) else {
+        return false;
+    };
+    let (pole, g) = (Vector3::from(pole), Vector3::from(g));
+    g.dot(&pole) < EDGE.cos() * g.norm() * pole.norm()
 }
 
 /// Whether some poses carry the only load, and some none.
@@ -165,6 +202,10 @@ impl Hypothesis {
         match self {
             Hypothesis::PositionReversed(joint) => {
                 made.joints[joint].parameters[SensorParameter::PositionGain as usize].nominal *= -1.0;
+            }
+            Hypothesis::PositionHalfTurned(joint) => {
+                let offset = &mut made.joints[joint].parameters[SensorParameter::PositionOffset as usize].nominal;
+                *offset += if *offset > 0.0 { -PI } else { PI };
             }
             Hypothesis::TorquesSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.torque.swap(a, b)),
             Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.swap_positions(a, b)),
@@ -200,6 +241,10 @@ impl Hypothesis {
             Hypothesis::PositionReversed(joint) => (
                 format!("reversed position sensor: {}", name(joint)),
                 "Say position_sign = \"reversed\" in its [[joint]].".to_owned(),
+            ),
+            Hypothesis::PositionHalfTurned(joint) => (
+                format!("position sensor whose zero is half a turn away: {}", name(joint)),
+                "Say position_offset = { nominal = 180, unit = \"deg\" } in its [[joint]], or add half a turn to what stands there.".to_owned(),
             ),
             Hypothesis::TorquesSwapped(a, b) => (
                 format!("swapped torque columns: {} and {}", name(a), name(b)),
@@ -338,13 +383,14 @@ mod tests {
         session.loads.truncate(1);
         session.poses.iter_mut().for_each(|pose| pose.load = pose.load.map(|_| 0));
         let hypotheses = hypotheses(&session);
-        assert!(hypotheses.contains(&Hypothesis::LoadExchanged) && hypotheses.len() == 3 + 3 + 3 + 1 + 1);
+        assert!(hypotheses.contains(&Hypothesis::LoadExchanged) && hypotheses.len() == 3 + 3 + 3 + 3 + 1 + 1);
         for hypothesis in hypotheses {
             let once = hypothesis.made(&session);
             let twice = hypothesis.made(&once);
             let said = |session: &Session| {
-                let gains: Vec<f64> = session.joints.iter().map(|joint| joint.parameters[2].nominal).collect();
-                (session.poses.clone(), gains, session.gravity.hemisphere)
+                let sensors: Vec<[f64; 2]> =
+                    session.joints.iter().map(|joint| [2, 3].map(|p| joint.parameters[p].nominal)).collect();
+                (session.poses.clone(), sensors, session.gravity.hemisphere)
             };
             assert!(said(&once) != said(&session), "{hypothesis:?} changes nothing");
             assert!(said(&twice) == said(&session), "{hypothesis:?}");
