@@ -260,13 +260,16 @@ struct Fit {
     degrees_of_freedom: usize,
     p_value: Option<f64>,
     median_ratio: Option<f64>,
+    /// Older files have none.
+    times_noise: Option<f64>,
 }
 
 impl Fit {
     /// How many times worse than its stated noise it explains the readings, where that is no accident.
     fn misfit(&self) -> Option<f64> {
         let by_squares = || (self.chi_squared / self.degrees_of_freedom.max(1) as f64).sqrt();
-        self.p_value.filter(|p| *p < IMPROBABLE).map(|_| self.median_ratio.unwrap_or_else(by_squares))
+        let times = || self.times_noise.or(self.median_ratio).unwrap_or_else(by_squares);
+        self.p_value.filter(|p| *p < IMPROBABLE).map(|_| times())
     }
 }
 

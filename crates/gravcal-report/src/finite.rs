@@ -225,6 +225,7 @@ fn of_fit(fit: &Fit) -> Vec<Number> {
         chi_squared,
         degrees_of_freedom: _,
         p_value,
+        times_noise,
         median_ratio,
         joints,
         held_out,
@@ -234,6 +235,7 @@ fn of_fit(fit: &Fit) -> Vec<Number> {
     } = fit;
     let mut numbers = each("χ²", [chi_squared]);
     numbers.extend(each("p-value", p_value));
+    numbers.extend(each("residuals over the stated noise", times_noise));
     numbers.extend(each("median of the residuals", median_ratio));
     numbers.extend(joints.iter().flat_map(of_joint));
     let smaller = smaller_models.iter().map(|SmallerModel { kind: _, held_out }| held_out);

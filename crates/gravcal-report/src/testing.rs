@@ -69,6 +69,7 @@ pub fn fit() -> Fit {
         chi_squared: 101.3,
         degrees_of_freedom: 95,
         p_value: Some(0.31),
+        times_noise: Some(1.03),
         median_ratio: None,
         joints: vec![joint_fit("joint1")],
         held_out_missing: None,

@@ -17,8 +17,9 @@ pub(crate) fn concerns(result: &EstimatorResult) -> Vec<Concern> {
 }
 
 fn of_fit(fit: &Fit) -> Option<Concern> {
-    let Fit { chi_squared, degrees_of_freedom, p_value, median_ratio, .. } = *fit;
-    let explained = Explained { chi_squared, degrees_of_freedom, p_value, median_ratio };
+    let Fit { chi_squared, degrees_of_freedom, p_value, median_ratio, times_noise, .. } = *fit;
+    let times_noise = times_noise.unwrap_or(1.0);
+    let explained = Explained { chi_squared, degrees_of_freedom, p_value, median_ratio, times_noise };
     let misfit = explained.misfit().map(|times_noise| Concern::Misfit { times_noise });
     misfit.or_else(|| explained.too_well().map(|times_noise| Concern::NoiseStatedTooLarge { times_noise }))
 }
@@ -59,6 +60,7 @@ mod tests {
             chi_squared,
             degrees_of_freedom: 100,
             p_value: Some(p_value),
+            times_noise: Some((chi_squared / 100.0).sqrt()),
             median_ratio: None,
             joints: Vec::new(),
             held_out: None,

@@ -1,7 +1,7 @@
 //! What the residuals of the readings say.
 
 use gravcal_estimation::{EvaluateError, Loss};
-use gravcal_identification::Explained;
+use gravcal_identification::{Explained, RowResidual};
 use gravcal_robot_model::session::{ReadingId, Session};
 use std::sync::Arc;
 
@@ -54,14 +54,21 @@ impl JointResiduals {
     }
 }
 
-/// How well a solved problem explains its readings as a whole.
+/// How well a solved problem explains its readings as a whole: those whose noise is stated, by it.
 pub(crate) fn explained(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
     let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
-    let stated = !solved.readings.noise_found(session);
-    Ok(match (stated, solved.built.loss) {
-        (false, _) => Explained::by_own_noise(chi_squared, degrees_of_freedom),
-        (true, Loss::None) => Explained::by_chi_squared(chi_squared, degrees_of_freedom),
-        (true, _) => Explained::by_median(chi_squared, degrees_of_freedom, &solved.freed_residuals()?),
+    let loss = solved.built.loss;
+    if !solved.readings.noise_found(session) && loss == Loss::None {
+        return Ok(Explained::by_chi_squared(chi_squared, degrees_of_freedom));
+    }
+    let stated: Vec<RowResidual> = solved.stated_residuals(session)?.into_iter().map(|(_, row)| row).collect();
+    Ok(match loss {
+        _ if stated.is_empty() => Explained::by_own_noise(chi_squared, degrees_of_freedom),
+        Loss::None => Explained::by_stated_rows(chi_squared, degrees_of_freedom, &stated),
+        _ => {
+            let freed: Vec<f64> = stated.into_iter().map(RowResidual::freed).collect();
+            Explained::by_median(chi_squared, degrees_of_freedom, &freed)
+        }
     })
 }
 
@@ -69,12 +76,14 @@ pub(crate) fn explained(session: &Session, solved: &Solved, chi_squared: f64) ->
 pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Fit, EvaluateError> {
     let at_rest: f64 = whitened.iter().map(|r| r * r).sum();
     let chi_squared = at_rest - 2.0 * solved.growth_at_rest;
-    let Explained { degrees_of_freedom, p_value, median_ratio, .. } = explained(session, solved, chi_squared)?;
+    let Explained { degrees_of_freedom, p_value, median_ratio, times_noise, .. } =
+        explained(session, solved, chi_squared)?;
     let unexplained = solved.unexplained_sizes(session)?;
     Ok(Fit {
         chi_squared,
         degrees_of_freedom,
         p_value,
+        times_noise: p_value.map(|_| times_noise),
         median_ratio,
         joints: JointResiduals::new(session, &solved.readings, &solved.built.rows, whitened)
             .report(session, &unexplained),

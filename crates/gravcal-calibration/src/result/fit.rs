@@ -13,9 +13,11 @@ pub struct Fit {
     /// Rows less the number of parameters that the data determine.
     pub degrees_of_freedom: usize,
     /// Probability of a χ² at least as large if the model and the stated noise hold; absent where the noise was
-    /// estimated from the residuals. Under a loss, which lets χ² be anything, it is that of as many residuals beyond the
-    /// median of normal noise.
+    /// estimated from the residuals. Where only some channels state their noise it is that of their own residuals. Under a loss, which lets χ² be
+    /// anything, it is that of as many residuals beyond the median of normal noise.
     pub p_value: Option<f64>,
+    /// How many times as large as their stated noise makes them those residuals are; absent where `p_value` is.
+    pub times_noise: Option<f64>,
     /// Median |residual| over that of normal noise as stated; only under a loss, and with stated noise.
     pub median_ratio: Option<f64>,
     /// By joint, torque readings only.

@@ -82,8 +82,8 @@ impl Solved {
         let robust = self.built.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
         let noise_scale = match (widened_by, estimated) {
-            (Some(_), _) => NoiseScale::Relative,
-            (None, true) => NoiseScale::Found,
+            (_, true) => NoiseScale::Found,
+            (Some(_), false) => NoiseScale::Relative,
             (None, false) => NoiseScale::Stated,
         };
         let source = match (session.noise_estimated().contains(&true) || robust, estimated) {
@@ -92,6 +92,11 @@ impl Solved {
             (false, false) => NoiseSource::Stated,
         };
         let uncertainty = Uncertainty::from_noise(&self.solution(), noise_scale)?;
+        // Where only some channels state their noise, χ² of all says nothing of theirs.
+        let uncertainty = match widened_by.filter(|_| estimated) {
+            Some(factor) => uncertainty.widened(&vec![factor; self.judged_problem().columns().len()]),
+            None => uncertainty,
+        };
         let by_noise = UncertaintyResult::Noise { source, widened_by };
         let errs = misfit.is_some() || self.readings.unexplained_found(session);
         if !errs || !self.may_leave_out_poses() {

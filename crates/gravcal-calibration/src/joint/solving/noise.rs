@@ -31,6 +31,16 @@ impl Solved {
         row_residuals(&self.built.problem, &self.estimate.values, &self.analysis, self.built.rows.len())
     }
 
+    /// Channel and residual of each reading whose noise is stated, and whose errors are not taken to be larger.
+    pub(crate) fn stated_residuals(&self, session: &Session) -> Result<Vec<(usize, RowResidual)>, EvaluateError> {
+        let stated: Vec<bool> = found(session).into_iter().map(|found| !found).collect();
+        if !self.built.rows.iter().any(|id| stated[id.channel]) {
+            return Ok(Vec::new());
+        }
+        let rows = self.built.rows.iter().zip(self.row_residuals()?);
+        Ok(rows.filter(|(id, _)| stated[id.channel]).map(|(id, row)| (id.channel, row)).collect())
+    }
+
     fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
         let rows = self.built.rows.iter().zip(self.row_residuals()?);
         let of = |(ReadingId { pose, channel }, row): (&ReadingId, RowResidual)| {
@@ -40,17 +50,10 @@ impl Solved {
         Ok(rows.map(of).collect())
     }
 
-    /// Residuals of the torque readings in standard deviations, as large as they would be had the fit not followed
-    /// them: one a row.
-    pub(crate) fn freed_residuals(&self) -> Result<Vec<f64>, EvaluateError> {
-        Ok(self.row_residuals()?.into_iter().map(RowResidual::freed).collect())
-    }
-
     /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with
     /// these readings share: a fit that took up most of its readings explains the rest by chance.
     pub(in crate::joint) fn minus_log_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
-        let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
-        let found: Vec<bool> = errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise).collect();
+        let found = found(session);
         let unit = first_noise(session, &self.readings.spreads);
         let size = |ReadingResidual { channel, std, row }: ReadingResidual| match found[channel] {
             true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
@@ -58,6 +61,12 @@ impl Solved {
         };
         Ok(self.least_cost() + self.reading_residuals(session)?.into_iter().map(size).sum::<f64>())
     }
+}
+
+/// Of each channel, whether the size of its errors is found from the residuals.
+fn found(session: &Session) -> Vec<bool> {
+    let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
+    errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise).collect()
 }
 
 #[cfg(test)]

@@ -12,6 +12,8 @@ use crate::judgement::explained;
 const CONTRADICTION: f64 = 3.0;
 /// And where that is less probable than this: a single degree of freedom exceeds its noise three times in one session of four hundred.
 const BEYOND_CHANCE: f64 = 1e-6;
+/// So many channels are named.
+const WORST: usize = 3;
 
 impl Answer {
     /// How many times worse than their stated noise the readings are explained, where that is far beyond any chance.
@@ -27,13 +29,30 @@ impl Answer {
         Ok(Some(Mistake {
             what: format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise"),
             advice: format!(
-                "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
+                "{}What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
                      columns, the hemisphere of gravity, the loads' masses and distances, values given as fixed, \
                      poses that are not static, single bad rows. If the model is known to be this rough, leave std \
                      away: the noise is then estimated from the residuals.{}",
+                self.beyond_their_noise(session)?,
                 of_instruments(session)
             ),
         }))
+    }
+
+    /// Where residuals exceed their stated noise most, in a sentence.
+    fn beyond_their_noise(&self, session: &Session) -> Result<String, EstimateError> {
+        let mut of_channel = vec![(0.0, 0.0); session.channel_count()];
+        for (channel, row) in self.solved.stated_residuals(session)? {
+            of_channel[channel].0 += row.whitened * row.whitened;
+            of_channel[channel].1 += (1.0 - row.leverage).max(0.0);
+        }
+        let times = of_channel.iter().map(|(squares, freedom): &(f64, f64)| (squares / freedom.max(1.0)).sqrt());
+        let mut worst: Vec<(usize, f64)> = times.enumerate().collect();
+        worst.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let named = worst.into_iter().take(WORST).filter(|(_, times)| *times > CONTRADICTION);
+        let named = named.map(|(channel, times)| format!("{} ({times:.0} times)", session.channel_name(channel)));
+        let named: Vec<String> = named.collect();
+        Ok(if named.is_empty() { String::new() } else { format!("They are largest at {}. ", named.join(", ")) })
     }
 }
 

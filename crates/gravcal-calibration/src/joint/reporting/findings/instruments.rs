@@ -1,4 +1,4 @@
-//! What to look at besides where there are wrist sensors.
+//! What to look at besides where there are wrist sensors or accelerometers.
 
 use gravcal_robot_model::session::Session;
 
@@ -7,7 +7,7 @@ pub(super) fn of_instruments(session: &Session) -> &'static str {
     match session.instruments.is_empty() {
         true => "",
         false => {
-            " Of a wrist sensor: its sign (sign = \"reversed\"), its mounting, the frame of its readings (frame), and whether it was zeroed \
+            " Of a wrist sensor or an accelerometer: its mounting (rpy_deg), its sign (sign = \"reversed\"), the frame of its readings (frame), and whether it was zeroed \
              before each table (biases = \"table\")."
         }
     }
