@@ -69,6 +69,16 @@ pub enum ResidualTestKind {
     TorqueLag,
     /// A torque reading of an arm in motion that passed a filter that its positions have not passed, or the other way round.
     TorqueFilter,
+    /// Gravity, as the base sees it, that is turned in another table: the base stood otherwise.
+    Gravity {
+        /// The file in which it is turned most.
+        file: String,
+    },
+    /// The zero of a position sensor that is another in another table.
+    PositionOffset {
+        /// The file that is farthest off.
+        file: String,
+    },
     /// A reading that is another in another table.
     Tables {
         /// The file that is farthest off.
@@ -91,6 +101,8 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Presliding => f.write_str("pre-sliding"),
             ResidualTestKind::TorqueLag => f.write_str("torque lag"),
             ResidualTestKind::TorqueFilter => f.write_str("torque filter"),
+            ResidualTestKind::Gravity { file } => write!(f, "gravity ({file})"),
+            ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),
         }
     }

@@ -6,6 +6,7 @@ use gravcal_dynamics::JointKind;
 use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{Pose, Session};
+use nalgebra::Vector3;
 
 use super::delayed;
 use crate::joint::Solved;
@@ -39,6 +40,10 @@ pub enum Term {
     TorqueLag,
     TorqueFilter,
     Tables,
+    /// Of a joint's coordinate.
+    PositionOffsets,
+    /// Of all channels: two coefficients for each table but the first, rad about axes perpendicular to gravity.
+    Gravity,
 }
 
 /// Makes columns: what a unit of a term's coefficient does to the whitened residuals.
@@ -50,6 +55,8 @@ pub struct Columns<'a> {
     readings: Vec<Vec<(usize, usize, f64)>>,
     /// By joint, what a step of its coordinate does to the whitened residuals; empty of joints that slide.
     slopes: Vec<Vec<f64>>,
+    /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it.
+    turned_gravity: [Vec<f64>; 2],
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
     /// By pose, when it was read, s; nothing where any pose does not tell.
@@ -78,7 +85,8 @@ impl<'a> Columns<'a> {
             readings[id.channel].push((row, id.pose, solved.readings.std(session, id.pose, id.channel)));
         }
         let torques = solved.standing_torques(session)?;
-        Ok(Columns { session, solved, rows, readings, slopes, torques, times, predictions })
+        let turned_gravity = turned_gravity(solved)?;
+        Ok(Columns { session, solved, rows, readings, slopes, turned_gravity, torques, times, predictions })
     }
 
     /// Every term that can be looked for in a channel.
@@ -113,7 +121,7 @@ impl<'a> Columns<'a> {
         if self.slopes[joint].is_empty() {
             return Vec::new();
         }
-        ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance]).collect()
+        ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance, Term::PositionOffsets]).collect()
     }
 
     /// Whether times are known.
@@ -131,7 +139,14 @@ impl<'a> Columns<'a> {
         match term {
             Term::Trend => vec![self.trend(channel, |_| 0)],
             Term::TrendInTables => self.trend_in_tables(channel),
-            Term::Tables => self.tables_apart(channel),
+            Term::Tables => {
+                self.apart(&self.tables(channel), |within| vec![self.reading(channel, |pose| f64::from(within(pose)))])
+            }
+            Term::PositionOffsets => self
+                .apart(&self.tables_of_all(), |within| vec![self.coordinate(channel, |pose| f64::from(within(pose)))]),
+            Term::Gravity => self.apart(&self.tables_of_all(), |within| {
+                self.turned_gravity.iter().map(|turned| self.only(turned, within)).collect()
+            }),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
                 .map(|function| self.reading(channel, |pose| function(f64::from(*order) * self.angle(channel, pose))))
                 .into(),
@@ -186,6 +201,12 @@ impl<'a> Columns<'a> {
     pub fn tables(&self, channel: usize) -> Vec<usize> {
         let tables: BTreeSet<usize> = self.poses(channel).map(|(_, pose)| self.session.poses[pose].table).collect();
         tables.into_iter().collect()
+    }
+
+    /// Tables in which anything is read.
+    pub fn tables_of_all(&self) -> Vec<usize> {
+        let tables = self.solved.built.rows.iter().map(|id| self.session.poses[id.pose].table);
+        tables.collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
     /// Row and pose of every reading of a channel.
@@ -273,14 +294,21 @@ impl<'a> Columns<'a> {
         vec![self.trend(channel, |pose| self.session.poses[pose].table)]
     }
 
-    /// One column for each table but the first.
-    fn tables_apart(&self, channel: usize) -> Vec<Vec<f64>> {
-        let tables = self.tables(channel);
+    /// Columns of each table but the first.
+    fn apart(&self, tables: &[usize], of: impl Fn(&dyn Fn(usize) -> bool) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         if tables.len() > MOST_TABLES {
             return Vec::new();
         }
-        let of = |table: &usize| self.reading(channel, |pose| f64::from(self.session.poses[pose].table == *table));
-        tables.iter().skip(1).map(of).collect()
+        tables.iter().skip(1).flat_map(|table| of(&|pose| self.session.poses[pose].table == *table)).collect()
+    }
+
+    /// The rows of some poses; zero in all others.
+    fn only(&self, column: &[f64], within: impl Fn(usize) -> bool) -> Vec<f64> {
+        let mut only = vec![0.0; self.rows];
+        for ((id, entry), own) in self.solved.built.rows.iter().zip(column).zip(&mut only) {
+            *own = if within(id.pose) { *entry } else { 0.0 };
+        }
+        only
     }
 }
 
@@ -291,6 +319,23 @@ fn weighted_sum(columns: &[Vec<f64>], coefficients: &[f64], rows: usize) -> Vec<
         sum.iter_mut().zip(column).for_each(|(sum, entry)| *sum += coefficient * entry);
     }
     sum
+}
+
+/// What a turn of gravity does to the whitened residuals, by differences: its size is known, and what is open of its direction has no column.
+fn turned_gravity(solved: &Solved) -> Result<[Vec<f64>; 2], EvaluateError> {
+    let (problem, block) = (&solved.built.problem, solved.built.variables.gravity);
+    let g = Vector3::from_column_slice(solved.estimate.values.get(block));
+    let across = g.cross(&Vector3::ith(g.iamin(), 1.0)).normalize();
+    let of_axis = |axis: Vector3<f64>| {
+        let at = |angle: f64| {
+            let mut values = solved.estimate.values.clone();
+            values.set(block, (g + angle * axis.cross(&g)).as_slice());
+            problem.residuals(&values)
+        };
+        let (ahead, behind) = (at(STEP)?, at(-STEP)?);
+        Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).collect())
+    };
+    Ok([of_axis(across)?, of_axis(g.cross(&across).normalize())?])
 }
 
 /// What a step of a joint's coordinate does to the whitened residuals, by differences: the offset may be fixed, and then has no column.

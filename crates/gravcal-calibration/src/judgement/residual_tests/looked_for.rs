@@ -41,6 +41,9 @@ impl Search<'_> {
                 candidates.push(Candidate::Together(term));
             }
         }
+        if !scattered.is_empty() && self.columns.tables_of_all().len() > 1 {
+            candidates.push(Candidate::Together(Term::Gravity));
+        }
         candidates
     }
 

@@ -9,6 +9,9 @@
 //! **An arm in motion.** That a torque is recorded late, or filtered, shows in the slope and the bend of the predicted readings over time
 //! ([`delayed`]); that friction builds up after a joint turned round, in what windows say of it.
 //!
+//! **What changes between tables.** A bias, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a base that
+//! was moved).
+//!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
 //! recorder does the same to all torques. One compliance of all joints, one lag and one filter of all torques are therefore looked for, too, and
 //! whether the zeros of all joints drift, each by itself, as an arm that warms up lets them; these have half of the probability of naming anything,

@@ -32,9 +32,16 @@ impl Search<'_> {
             Term::TorqueLag => (ResidualTestKind::TorqueLag, first, "s".to_owned()),
             Term::TorqueFilter => (ResidualTestKind::TorqueFilter, first, "s²".to_owned()),
             Term::Tables => {
-                let (table, size) = self.farthest(channel, &coefficients);
-                let file = file_name(&self.session.tables[table].path);
+                let (file, size) = self.farthest(&self.columns.tables(channel), &coefficients);
                 (ResidualTestKind::Tables { file }, size, unit)
+            }
+            Term::PositionOffsets => {
+                let (file, size) = self.farthest(&self.columns.tables_of_all(), &coefficients);
+                (ResidualTestKind::PositionOffset { file }, size, "rad".to_owned())
+            }
+            Term::Gravity => {
+                let (file, size) = self.most_turned(&coefficients);
+                (ResidualTestKind::Gravity { file }, size, "rad".to_owned())
             }
         };
         let test = ResidualTest {
@@ -59,12 +66,20 @@ impl Search<'_> {
         format!("{unit}/({}/{time})", if slides { "m" } else { "rad" })
     }
 
-    /// The table that is farthest from the mean one, and by how much; `coefficients` are those of all but the first.
-    fn farthest(&self, channel: usize, coefficients: &[f64]) -> (usize, f64) {
-        let tables = self.columns.tables(channel);
+    /// The file that is farthest from the mean one, and by how much; `coefficients` are those of all tables but the first.
+    fn farthest(&self, tables: &[usize], coefficients: &[f64]) -> (String, f64) {
         let mean = coefficients.iter().sum::<f64>() / tables.len() as f64;
         let apart =
             tables.iter().zip(std::iter::once(&0.0).chain(coefficients)).map(|(table, own)| (*table, own - mean));
-        apart.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, 0.0))
+        let (table, size) = apart.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, 0.0));
+        (file_name(&self.session.tables[table].path), size)
+    }
+
+    /// The file in which gravity is turned most against the first, and by how much, rad.
+    fn most_turned(&self, coefficients: &[f64]) -> (String, f64) {
+        let turns = coefficients.as_chunks::<2>().0.iter().map(|[a, b]| a.hypot(*b));
+        let tables = self.columns.tables_of_all().into_iter().skip(1);
+        let (table, size) = tables.zip(turns).max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0));
+        (file_name(&self.session.tables[table].path), size)
     }
 }

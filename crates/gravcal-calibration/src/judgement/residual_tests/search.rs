@@ -90,6 +90,7 @@ impl Search<'_> {
         match candidate {
             Candidate::Neighbours(_) => None,
             Candidate::Term(channel, term) => Some(self.columns.missing(*channel, term, coefficients)),
+            Candidate::Together(Term::Gravity) => Some(self.columns.missing(0, &Term::Gravity, coefficients)),
             Candidate::Together(term) => {
                 let coefficient = coefficients.first().copied().unwrap_or(0.0);
                 Some(self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()]))
@@ -115,6 +116,7 @@ impl Search<'_> {
             Candidate::Neighbours(_) => Vec::new(),
             Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
             Candidate::Term(channel, term) => self.columns.of(*channel, term),
+            Candidate::Together(Term::Gravity) => self.columns.of(0, &Term::Gravity),
             Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
             Candidate::DriftOfAll => self.columns.of_each_joint(&Term::Trend),
         }
@@ -124,7 +126,7 @@ impl Search<'_> {
     fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
         match candidate {
             // Joints do not bend alike: the model takes up what each does.
-            Candidate::Together(term) => lacking(maker, self.columns.of_each_joint(term)),
+            Candidate::Together(term) if *term != Term::Gravity => lacking(maker, self.columns.of_each_joint(term)),
             _ => lacking(maker, self.columns_of(candidate)),
         }
     }

@@ -248,6 +248,33 @@ fn tables_that_differ_are_named_by_file() {
     );
 }
 
+/// From the middle on the base is tilted by a degree; or the second encoder counts from elsewhere.
+#[test]
+fn a_base_or_an_encoder_that_moved_between_tables_is_named() {
+    let (before, mut after) = (sarcos_shoulder(), sarcos_shoulder());
+    let [x, y, z] = before.truth.gravity;
+    let turn = 1f64.to_radians();
+    after.truth.gravity = [x, turn.cos() * y - turn.sin() * z, turn.sin() * y + turn.cos() * z];
+    let session = before.session(0);
+    let last = session.tables.len() / 2;
+    let mut tilted = session.clone();
+    for (pose, other) in tilted.poses.iter_mut().zip(after.session(0).poses) {
+        if pose.table >= last {
+            *pose = other;
+        }
+    }
+    let mut homed_anew = session;
+    homed_anew.poses.iter_mut().filter(|pose| pose.table >= last).for_each(|pose| pose.position[1] += 0.01);
+    let names = |session: &Session, is: fn(&ResidualTestKind) -> bool| {
+        let result = estimate(session);
+        let spoils = |test: &&ResidualTest| is(&test.kind) && test.spoils_intervals;
+        assert!(named(&result).into_iter().any(|test| spoils(&test)), "{:?}", named(&result));
+        assert_eq!(result.verdict, Verdict::PartlyDetermined);
+    };
+    names(&tilted, |kind| matches!(kind, ResidualTestKind::Gravity { .. }));
+    names(&homed_anew, |kind| matches!(kind, ResidualTestKind::PositionOffset { .. }));
+}
+
 /// A walk that comes back is no trend; where neighbours are alike, nothing else is named for it.
 #[test]
 fn neighbours_that_are_alike_are_named() {

@@ -229,6 +229,17 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             "Where the torque sensor is behind the gear this is pre-sliding: say kind = \"presliding-friction\" instead of \"coulomb-friction\"."
                 .into(),
         ),
+        ResidualTestKind::Gravity { file } => (
+            format!(
+                "The residuals show gravity turned by {}° in {file} against the other tables: the base stood otherwise.",
+                significant(test.size.to_degrees(), 2)
+            ),
+            "Record all tables with the base where it is, or calibrate those before and after by themselves.".into(),
+        ),
+        ResidualTestKind::PositionOffset { file } => (
+            format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
+            "If it was homed anew between the tables, record all of them after one homing, or calibrate those before and after by themselves.".into(),
+        ),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
             tables(of_joint),
