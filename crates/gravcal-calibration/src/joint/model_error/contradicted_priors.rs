@@ -40,11 +40,8 @@ impl Solved {
         };
         let mut all: Vec<Contradicted> = session.parameters().into_iter().filter_map(contradicted).collect();
         all.sort_by(|a, b| b.apart.total_cmp(&a.apart));
-        let more = all.len().saturating_sub(NAMED);
-        let sum = (more > 0).then(|| {
-            format!("The readings contradict what the session states of {more} more, by fewer standard deviations.")
-        });
-        all.iter().take(NAMED).map(|one| one.in_words(session)).chain(sum).collect()
+        let more = more_in_words(all.len().saturating_sub(NAMED));
+        all.iter().take(NAMED).map(|one| one.in_words(session)).chain(more).collect()
     }
 
     /// What the readings alone say of a parameter, and how far from its prior that is, in standard deviations; nothing where they say too little.
@@ -62,6 +59,16 @@ impl Solved {
         let of_found = own * prior / (prior - own);
         Some((found, (found - nominal).abs() / (prior + widened * widened * of_found).sqrt()))
     }
+}
+
+/// How many more there are than those that are named.
+fn more_in_words(more: usize) -> Option<String> {
+    let stated = match more {
+        0 => return None,
+        1 => "value of one more parameter".to_owned(),
+        _ => format!("values of {more} more parameters"),
+    };
+    Some(format!("The readings also contradict the stated {stated}, by fewer standard deviations."))
 }
 
 impl Contradicted {
@@ -132,8 +139,15 @@ mod tests {
         let named = solved.contradicted_priors(&session);
         assert_eq!(named.len(), 4, "{named:?}");
         assert!(named[0].contains("joint2.position_offset") && named[0].contains(" ± 0.10 deg is "), "{named:?}");
-        let more = "The readings contradict what the session states of 1 more, by fewer standard deviations.";
-        assert_eq!(named[3], more);
+        assert_eq!(Some(&named[3]), more_in_words(1).as_ref());
+    }
+
+    #[test]
+    fn one_more_and_many_more_are_counted_in_words() {
+        let more = [0, 1, 2].map(|more| more_in_words(more).unwrap_or_default());
+        let [one, two] = ["value of one more parameter", "values of 2 more parameters"]
+            .map(|stated| format!("The readings also contradict the stated {stated}, by fewer standard deviations."));
+        assert_eq!(more, [String::new(), one, two]);
     }
 
     /// To first order the readings alone give what a solve without the prior does.
