@@ -36,7 +36,7 @@ pub(crate) fn bound(
 ) -> Result<Vec<Option<f64>>, EstimateError> {
     let readings = joint::select(session, signals);
     let built = joint::build_problem(session, &readings, truth)?;
-    let judged = Solved::at_start(readings, built)?;
+    let judged = Solved::at_start(built)?;
     let open = |quantity: &Measured| {
         let variables = &judged.built.variables;
         let id = match quantity {

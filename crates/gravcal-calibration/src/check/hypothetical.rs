@@ -22,7 +22,7 @@ fn rough_errors(session: &Session, readings: &MeasurementSet, values: &State) ->
     if !errors.contains(&UnexplainedError::Estimated) {
         return Ok(rough);
     }
-    let ranges = predicted_ranges(session, readings, &build_with_constraints(session, readings, values)?)?;
+    let ranges = predicted_ranges(session, &build_with_constraints(session, readings, values)?)?;
     for (channel, [low, high]) in ranges.into_iter().enumerate() {
         if errors[channel] == UnexplainedError::Estimated && high > low {
             rough[channel] = ROUGH * 0.5 * (high - low);

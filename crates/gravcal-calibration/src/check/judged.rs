@@ -44,10 +44,10 @@ pub(super) fn judge_at(
     readings: &MeasurementSet,
     values: &State,
 ) -> Result<NominalVerdict, EstimateError> {
-    let mut judged = Solved::at_start(readings.clone(), build_with_constraints(session, readings, values)?)?;
+    let mut judged = Solved::at_start(build_with_constraints(session, readings, values)?)?;
     judged.sign_known = sign::is_decided(session, readings, values)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
-    let spreads = predicted_spreads(session, readings, &judged)?;
+    let spreads = predicted_spreads(session, &judged)?;
     let judgement = judged.judge_with_spreads(session, &spreads);
     let (built, covariance) = (&judged.built, judged.covariance());
     let std = |id: BlockId| built.problem.columns_of(id).map(|column| covariance.std(column)).reduce(f64::max);
@@ -88,23 +88,19 @@ pub(super) fn judge_at(
 
 /// Largest less smallest reading that the nominal model predicts for each channel, unit of the reading; never less than
 /// noise alone spreads them, so that a joint that carries nothing still tells its bias.
-fn predicted_spreads(session: &Session, readings: &MeasurementSet, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
+fn predicted_spreads(session: &Session, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
     let mut noise = vec![1.0; session.channel_count()];
     for ReadingId { pose, channel } in &judged.built.rows {
-        noise[*channel] = readings.std(session, *pose, *channel);
+        noise[*channel] = judged.readings().std(session, *pose, *channel);
     }
-    let ranges = predicted_ranges(session, readings, &judged.built)?;
+    let ranges = predicted_ranges(session, &judged.built)?;
     Ok(ranges.iter().zip(noise).map(|([low, high], std)| (high - low).max(NOISE_SPREAD * std)).collect())
 }
 
 /// Smallest and largest reading that the nominal model predicts for each channel, unit of the reading.
-pub(super) fn predicted_ranges(
-    session: &Session,
-    readings: &MeasurementSet,
-    built: &JointProblem,
-) -> Result<Vec<[f64; 2]>, EstimateError> {
+pub(super) fn predicted_ranges(session: &Session, built: &JointProblem) -> Result<Vec<[f64; 2]>, EstimateError> {
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; session.channel_count()];
-    for (ReadingId { channel, .. }, predicted) in built.predicted(session, readings)? {
+    for (ReadingId { channel, .. }, predicted) in built.predicted(session)? {
         let [low, high] = ranges[channel];
         ranges[channel] = [low.min(predicted), high.max(predicted)];
     }

@@ -22,14 +22,14 @@ pub(super) fn is_decided(session: &Session, readings: &MeasurementSet, values: &
         return Ok(true);
     }
     let mut session = with_gains_known(session);
-    let predicted = build_problem(&session, readings, values)?.predicted(&session, readings)?;
+    let predicted = build_problem(&session, readings, values)?.predicted(&session)?;
     for (ReadingId { pose, channel }, value) in predicted {
         if let Some(reading) = session.reading_mut(pose, channel) {
             reading.value = value;
         }
     }
     let other = values.upside_down(&session);
-    let judged = Solved::at_start(readings.clone(), build_problem(&session, readings, &other)?)?;
+    let judged = Solved::at_start(build_problem(&session, readings, &other)?)?;
     Ok(cost_after_a_step(&judged)? > DECISIVE)
 }
 

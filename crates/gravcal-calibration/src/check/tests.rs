@@ -173,7 +173,7 @@ fn simulated(hypothetical: &Hypothetical) -> (Session, State) {
         }
     }
     let readings = select(&session, Signals::All);
-    let predicted = build_problem(&session, &readings, &truth).unwrap().predicted(&session, &readings).unwrap();
+    let predicted = build_problem(&session, &readings, &truth).unwrap().predicted(&session).unwrap();
     for (ReadingId { pose, channel }, value) in predicted {
         let reading = session.reading_mut(pose, channel).unwrap();
         let noise: f64 = random.sample(StandardNormal);

@@ -1,4 +1,6 @@
-//! The joint problem as it is built: `build.rs` builds it.
+//! The joint problem as it is built, with the readings that it is built from: `build.rs` builds it.
+
+use std::sync::Arc;
 
 use gravcal_estimation::{EvaluateError, Loss, Problem, Values};
 use gravcal_robot_model::session::{ReadingId, Session};
@@ -7,7 +9,7 @@ use crate::joint::error::BuildError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::variables::VariableIndex;
 
-/// A built joint problem.
+/// A built joint problem. Whatever solves or judges it takes the readings and their noise from here, so that these are those of its factors.
 #[derive(Clone, Debug)]
 pub struct JointProblem {
     /// The problem.
@@ -24,19 +26,37 @@ pub struct JointProblem {
     pub poses: usize,
     /// How these factors count readings far beyond their noise.
     pub loss: Loss,
+    readings: Arc<MeasurementSet>,
 }
 
 impl JointProblem {
-    /// What the initial values predict of each reading, in its unit.
-    pub(crate) fn predicted(
-        &self,
-        session: &Session,
+    /// A problem and its start, built from these readings, none of them counted by a loss and no residual of the session's own among them.
+    pub(super) fn of(
         readings: &MeasurementSet,
-    ) -> Result<Vec<(ReadingId, f64)>, EvaluateError> {
+        (problem, initial): (Problem, Values),
+        variables: VariableIndex,
+        rows: Vec<ReadingId>,
+    ) -> JointProblem {
+        let (modelled, poses, loss) = (Vec::new(), readings.poses(), Loss::None);
+        JointProblem { problem, initial, variables, rows, modelled, poses, loss, readings: Arc::new(readings.clone()) }
+    }
+
+    /// The readings that entered, with the noise that was stated or found.
+    pub fn readings(&self) -> &MeasurementSet {
+        &self.readings
+    }
+
+    /// The same readings and unknowns in another problem: with blocks fixed, other knowledge, another reference.
+    pub(super) fn with_problem(self, problem: Problem) -> JointProblem {
+        JointProblem { problem, ..self }
+    }
+
+    /// What the initial values predict of each reading, in its unit.
+    pub(crate) fn predicted(&self, session: &Session) -> Result<Vec<(ReadingId, f64)>, EvaluateError> {
         let residuals = self.problem.residuals(&self.initial)?;
         let predicted = self.rows.iter().zip(residuals).filter_map(|(id, residual)| {
             let value = session.reading(id.pose, id.channel)?.value;
-            Some((*id, value + readings.std(session, id.pose, id.channel) * residual))
+            Some((*id, value + self.readings.std(session, id.pose, id.channel) * residual))
         });
         Ok(predicted.collect())
     }
@@ -45,8 +65,8 @@ impl JointProblem {
     pub(super) fn resting_at_start(self) -> JointProblem {
         match self.problem.reference() {
             Some(reference) => {
-                let reference = reference.centered_at(&self.initial);
-                JointProblem { problem: self.problem.with_reference(reference), ..self }
+                let problem = self.problem.with_reference(reference.centered_at(&self.initial));
+                self.with_problem(problem)
             }
             None => self,
         }

@@ -16,9 +16,7 @@ use crate::joint::variables::State;
 /// A solved and judged joint problem.
 #[derive(Debug)]
 pub struct Solved {
-    /// The readings that entered, with the noise that was stated or found.
-    pub readings: MeasurementSet,
-    /// The problem.
+    /// The problem, with the readings that entered.
     pub built: JointProblem,
     /// Its solution.
     pub estimate: Estimate,
@@ -58,7 +56,7 @@ pub(super) struct Nearby {
 impl Solved {
     /// Whether it is a minimum, and that of all readings together.
     pub(super) fn is_minimum_of_all(&self) -> bool {
-        self.estimate.termination.converged() && self.readings.order == Order::Together
+        self.estimate.termination.converged() && self.readings().order == Order::Together
     }
 
     /// ½ χ² of the readings where they are explained best: what is held against other solutions.
@@ -94,7 +92,7 @@ impl Solved {
     ///
     /// # Errors
     /// Where it cannot be evaluated there.
-    pub fn at_start(readings: MeasurementSet, built: JointProblem) -> Result<Solved, EstimateError> {
+    pub fn at_start(built: JointProblem) -> Result<Solved, EstimateError> {
         let estimate = Estimate {
             values: built.initial.clone(),
             cost: built.problem.without_reference().cost(&built.initial)?,
@@ -105,18 +103,13 @@ impl Solved {
             without_effect: Vec::new(),
             normal_equations: None,
         };
-        Solved::judged(readings, built, estimate)
+        Solved::judged(built, estimate)
     }
 
-    pub(super) fn judged(
-        readings: MeasurementSet,
-        built: JointProblem,
-        estimate: Estimate,
-    ) -> Result<Solved, EstimateError> {
+    pub(super) fn judged(built: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
         let Known { analysis, along_constraints, leans, uncertainty } =
             Known::at::<EstimateError>(&built.problem, &estimate)?;
         Ok(Solved {
-            readings,
             built,
             estimate,
             analysis,
@@ -130,6 +123,11 @@ impl Solved {
             sign_known: true,
             hemisphere_contradicted: false,
         })
+    }
+
+    /// The readings that entered, with the noise that was stated or found.
+    pub fn readings(&self) -> &MeasurementSet {
+        self.built.readings()
     }
 
     /// The problem as it is judged: along the active constraints.

@@ -58,7 +58,7 @@ impl JointResiduals {
 pub(crate) fn explained(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
     let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
     let loss = solved.built.loss;
-    if !solved.readings.noise_found(session) && loss == Loss::None {
+    if !solved.readings().noise_found(session) && loss == Loss::None {
         return Ok(Explained::by_chi_squared(chi_squared, degrees_of_freedom));
     }
     let stated: Vec<RowResidual> = solved.stated_residuals(session)?.into_iter().map(|(_, row)| row).collect();
@@ -85,7 +85,7 @@ pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Resul
         p_value,
         times_noise: p_value.map(|_| times_noise),
         median_ratio,
-        joints: JointResiduals::new(session, &solved.readings, &solved.built.rows, whitened)
+        joints: JointResiduals::new(session, solved.readings(), &solved.built.rows, whitened)
             .report(session, &unexplained),
         held_out: None,
         held_out_missing: None,
@@ -107,7 +107,7 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
     let parts = torque_parts(session, solved)?;
     let rows = solved.built.rows.iter().zip(whitened).zip(nominal.iter().zip(weights).zip(parts));
     let reported = rows.map(|((id, whitened), ((nominal, weight), torque))| {
-        let std = solved.readings.std(session, id.pose, id.channel);
+        let std = solved.readings().std(session, id.pose, id.channel);
         ReadingResidual { id: *id, residual: std * whitened, nominal_residual: std * nominal, std, weight, torque }
     });
     Ok(reported.collect())

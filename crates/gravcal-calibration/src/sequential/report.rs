@@ -43,7 +43,7 @@ pub fn report_steps(
         let mut built = joint::build_problem(session, &known.readings, &start)?;
         let fixed = found_blocks(&built, known);
         built.problem = built.problem.with_fixed(&fixed, "found by the sequential steps");
-        let solved = solve_built(known.readings.clone(), built, environment)?;
+        let solved = solve_built(built, environment)?;
         if !solved.estimate.termination.converged() {
             result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
         }

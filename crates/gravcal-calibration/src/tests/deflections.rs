@@ -17,7 +17,7 @@ const FREE: f64 = 1.0;
 /// Standard deviations at the truth of the reference protocol: of gravity's components, torque gains and offset of joint 2.
 fn deviations(simulation: &Simulation, session: &Session, signals: Signals) -> Vec<f64> {
     let built = joint::build_problem(session, &joint::select(session, signals), &simulation.truth).unwrap();
-    let solved = Solved::at_start(joint::select(session, signals), built).unwrap();
+    let solved = Solved::at_start(built).unwrap();
     let gravity = solved.gravity_covariance();
     let gains = (0..3).map(|joint| solved.sensor_std(joint, SensorParameter::TorqueGain));
     (0..3)
@@ -94,7 +94,7 @@ fn compliance_is_determined_by_the_readings() {
     for ((signals, without), most) in signals.into_iter().zip(without).zip([2e-4, 5e-5]) {
         let readings = joint::select(&session, signals);
         let built = joint::build_problem(&session, &readings, &simulation.truth).unwrap();
-        let solved = Solved::at_start(readings, built).unwrap();
+        let solved = Solved::at_start(built).unwrap();
         for id in &solved.built.variables.further {
             let std = solved.covariance().std(solved.built.problem.columns_of(*id).start);
             assert!((0.5 * most..most).contains(&std), "{signals:?}: {std}");

@@ -24,7 +24,7 @@ struct Known {
 fn known(session: &Session, truth: &State, keep: impl Fn(usize, usize) -> bool) -> Known {
     let readings = joint::select(session, Signals::All).only(keep);
     let built = joint::build_problem(session, &readings, truth).unwrap();
-    let solved = Solved::at_start(readings, built).unwrap();
+    let solved = Solved::at_start(built).unwrap();
     let open = |blocks: Vec<gravcal_estimation::BlockId>| {
         let columns: Vec<usize> = blocks.into_iter().flat_map(|id| solved.built.problem.columns_of(id)).collect();
         solved.analysis.null_space_within(&columns).len()

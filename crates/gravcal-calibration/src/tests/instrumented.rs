@@ -15,7 +15,7 @@ fn part(session: &Session, keep: impl Fn(usize) -> bool) -> MeasurementSet {
 
 fn at_truth(simulation: &Simulation, session: &Session, readings: MeasurementSet) -> Solved {
     let built = joint::build_problem(session, &readings, &simulation.truth).unwrap();
-    Solved::at_start(readings, built).unwrap()
+    Solved::at_start(built).unwrap()
 }
 
 /// Information of a problem at its start about its columns, and what these are.
@@ -115,7 +115,7 @@ fn errors_of_gravity_fall_with_them_as_the_bound_says() {
             for (ratio, last) in ratios.iter_mut().zip([3, 12]) {
                 let readings = part(&session, |channel| channel < last);
                 let built = joint::build_problem(&session, &readings, &simulation.truth).unwrap();
-                let solved = joint::solve_built(readings.clone(), built, environment).unwrap();
+                let solved = joint::solve_built(built, environment).unwrap();
                 let found = solved.state(&simulation.truth).gravity;
                 let square: f64 = found.iter().zip(simulation.truth.gravity).map(|(a, b)| (a - b).powi(2)).sum();
                 let bound = at_truth(&simulation, &session, readings);

@@ -10,7 +10,7 @@ use crate::testing::{sarcos_shoulder, with_environment};
 
 fn at_truth(session: &Session, truth: &State) -> Solved {
     let readings = joint::select(session, Signals::All);
-    Solved::at_start(readings.clone(), joint::build_problem(session, &readings, truth).unwrap()).unwrap()
+    Solved::at_start(joint::build_problem(session, &readings, truth).unwrap()).unwrap()
 }
 
 /// Cramér-Rao bound with all torques read: model of the independent program, printed to two or three digits.

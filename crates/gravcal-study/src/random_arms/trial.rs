@@ -68,7 +68,7 @@ fn compare(number: u64, simulation: &Simulation, solver: &dyn Solver) -> Result<
     let quiet = |_: &str| {};
     let environment = SolveEnvironment::new(solver, &quiet);
     let readings = joint::select(&session, Signals::All);
-    let at_truth = Solved::at_start(readings.clone(), joint::build_problem(&session, &readings, &simulation.truth)?)?;
+    let at_truth = Solved::at_start(joint::build_problem(&session, &readings, &simulation.truth)?)?;
     let from_truth = joint::solve(&session, &readings, Some(&simulation.truth), &environment)?;
     let by_itself = joint::solve(&session, &readings, None, &environment)?;
     let costs = [by_itself.estimate.cost, from_truth.estimate.cost];

@@ -202,14 +202,11 @@ fn gravity_block(session: &Session) -> Block {
 
 impl JointProblem {
     /// The same problem started from elsewhere; that the start makes sense is seen when it is evaluated there.
-    pub(in crate::joint) fn starting_at(
-        &self,
-        session: &Session,
-        readings: &MeasurementSet,
-        start: &State,
-    ) -> JointProblem {
+    pub(in crate::joint) fn starting_at(&self, session: &Session, start: &State) -> JointProblem {
         let mut builder = ProblemBuilder::new();
-        add_unknown_blocks(session, readings, start, &mut builder);
-        JointProblem { initial: builder.initial(), ..self.clone() }
+        add_unknown_blocks(session, self.readings(), start, &mut builder);
+        let mut elsewhere = self.clone();
+        elsewhere.initial = builder.initial();
+        elsewhere
     }
 }

@@ -3,7 +3,7 @@
 //! For given gravity, gains, mountings and positions all of it is affine in the biases, the links' masses and moments and
 //! the placements of loads that no distance reads: these blocks are marked as linear.
 
-use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder};
+use gravcal_estimation::{BlockId, Factor, Noise, NoiseError, ProblemBuilder};
 use gravcal_robot_model::residuals::{GravityNorm, LoadDistance, Prior};
 use gravcal_robot_model::session::{InertiaPrior, ParameterPrior, PriorKind, Session};
 
@@ -37,9 +37,9 @@ pub fn build_problem(session: &Session, readings: &MeasurementSet, start: &State
     let rows = add_readings(session, readings, &variables, held, &mut builder)?;
     let modelled = add_residuals(session, readings, &variables, &mut builder)?;
     add_parameter_priors(session, readings, &variables, &mut builder)?;
-    let (problem, initial) = builder.build()?;
-    let built = JointProblem { problem, initial, variables, rows, modelled, poses: readings.poses(), loss: Loss::None };
-    let built = with_reference(session, readings, built);
+    let mut built = JointProblem::of(readings, builder.build()?, variables, rows);
+    built.modelled = modelled;
+    let built = with_reference(session, built);
     match &session.earlier {
         None => Ok(built),
         Some(earlier) => with_earlier(earlier, built),
@@ -79,8 +79,7 @@ pub(crate) fn pose_readings_alone(
     add_blocks(session, readings, &State::nominal(session), false, &mut nominal);
     let reference = reference(session, readings, &problem, &variables, nominal.initial());
     let problem = problem.with_reference(reference);
-    let (poses, loss) = (readings.poses(), Loss::None);
-    Ok(JointProblem { problem, initial, variables, rows, modelled: Vec::new(), poses, loss })
+    Ok(JointProblem::of(readings, (problem, initial), variables, rows))
 }
 
 fn add_parameter_priors(

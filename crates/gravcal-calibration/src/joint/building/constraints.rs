@@ -23,7 +23,7 @@ pub(in crate::joint) fn constrained(session: &Session, built: JointProblem) -> R
     let all = of_links(session, &built.variables).into_iter().chain(of_gains(session, &built.variables));
     let free = all.filter(|(block, _)| built.problem.block(*block).fixed.is_none());
     let problem = built.problem.with_constraints(free.map(|(_, constraint)| constraint).collect())?;
-    Ok(JointProblem { problem, ..built })
+    Ok(built.with_problem(problem))
 }
 
 fn of_links(session: &Session, variables: &VariableIndex) -> Vec<(BlockId, Constraint)> {

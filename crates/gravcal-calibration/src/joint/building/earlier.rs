@@ -31,7 +31,8 @@ pub(in crate::joint) fn with_earlier(
     let residual = LinearPrior::new(known.into_iter().flatten().collect());
     let mut factors = built.problem.factors().to_vec();
     factors.push(Factor::new(residual, earlier.noise(&kept)?));
-    Ok(JointProblem { problem: built.problem.with_factors(factors)?, ..built })
+    let problem = built.problem.with_factors(factors)?;
+    Ok(built.with_problem(problem))
 }
 
 /// The block and the place in it of a component, such as `gravity.x` or `joint1.torque_gain`.

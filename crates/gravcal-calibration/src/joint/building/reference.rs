@@ -30,15 +30,13 @@ const TYPICAL_LENGTH: f64 = 0.3;
 const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// The problem with its reference about nominal values.
-pub(in crate::joint) fn with_reference(
-    session: &Session,
-    readings: &MeasurementSet,
-    built: JointProblem,
-) -> JointProblem {
+pub(in crate::joint) fn with_reference(session: &Session, built: JointProblem) -> JointProblem {
+    let readings = built.readings();
     let mut builder = ProblemBuilder::new();
     add_unknown_blocks(session, readings, &State::nominal(session), &mut builder);
     let reference = reference(session, readings, &built.problem, &built.variables, builder.initial());
-    JointProblem { problem: built.problem.with_reference(reference), ..built }
+    let problem = built.problem.with_reference(reference);
+    built.with_problem(problem)
 }
 
 /// That of a problem with these blocks.

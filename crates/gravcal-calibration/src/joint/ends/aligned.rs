@@ -147,10 +147,10 @@ impl Solved {
     /// Whether a joint's readings of bare poses are as constant as their noise lets them be: `χ² < n + 5 √(2n) + 25` of `n` readings about their
     /// mean, five standard deviations of many and of few.
     fn may_carry_nothing(&self, session: &Session, joint: usize) -> bool {
-        let poses = (0..session.poses.len()).filter(|pose| self.readings.used[*pose].contains(&joint));
+        let poses = (0..session.poses.len()).filter(|pose| self.readings().used[*pose].contains(&joint));
         let weighed = poses.filter(|pose| session.poses[*pose].load.is_none()).filter_map(|pose| {
             let reading = session.poses[pose].torque[joint]?;
-            Some((reading.value, self.readings.std(session, pose, joint).powi(-2)))
+            Some((reading.value, self.readings().std(session, pose, joint).powi(-2)))
         });
         let weighed: Vec<(f64, f64)> = weighed.collect();
         let all: f64 = weighed.iter().map(|(_, weight)| weight).sum();
@@ -183,7 +183,7 @@ impl Solved {
     /// Joints that stand in all poses with an unknown offset, and at which angle, rad.
     pub(in crate::joint) fn standing_angles(&self, session: &Session) -> Vec<(usize, f64)> {
         let unknowns = self.state(&State::nominal(session));
-        let used = session.poses.iter().zip(&self.readings.used).filter(|(_, used)| !used.is_empty());
+        let used = session.poses.iter().zip(&self.readings().used).filter(|(_, used)| !used.is_empty());
         let coordinates = used.map(|(p, _)| session.terms.coordinates(&p.position, &p.conditions, &unknowns));
         let turns = |joint: usize| session.robot.chain.joints()[joint].kind == JointKind::Revolute;
         let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; session.joints.len()];

@@ -38,7 +38,7 @@ impl Solved {
             let mut start = found.clone();
             start.sensors[joint][SensorParameter::PositionOffset as usize] -= 2.0 * off;
             // What leads nowhere says nothing of the solution.
-            let end = solve_from(session, &best.readings, start, environment);
+            let end = solve_from(session, best.readings(), start, environment);
             let Ok(other) = end.and_then(|other| in_hemisphere(session, other, environment)) else { continue };
             if other.estimate.termination.converged() && !other.hemisphere_contradicted {
                 best = best.or_end(session, other)?;

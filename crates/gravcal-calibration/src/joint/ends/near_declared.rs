@@ -63,7 +63,7 @@ impl Solved {
             true => self,
             false => {
                 environment.report("position sensors as declared");
-                let declared = solved_as_declared(session, &self.readings, &far, environment);
+                let declared = solved_as_declared(session, self.readings(), &far, environment);
                 let block = |variables: &VariableIndex, (joint, quantity): PositionParameter| {
                     variables.block(ParameterId::Sensor(joint, quantity))
                 };
@@ -91,7 +91,7 @@ impl Solved {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Solved, EstimateError> {
         let Ok(declared) = declared else { return Ok(self) };
-        let freed = solve_from(session, &self.readings, declared.clone(), environment);
+        let freed = solve_from(session, self.readings(), declared.clone(), environment);
         let Ok(other) = freed.and_then(|other| in_hemisphere(session, other, environment)) else { return Ok(self) };
         if !other.estimate.termination.converged() || other.hemisphere_contradicted {
             return Ok(self);
@@ -126,7 +126,7 @@ impl Solved {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Option<(State, f64)>, EstimateError> {
         let JointProblem { problem, initial, variables, .. } =
-            self.built.starting_at(session, &self.readings, declared).resting_at_start();
+            self.built.starting_at(session, declared).resting_at_start();
         let held = problem.with_fixed(blocks, "as declared");
         let Ok(there) = environment.within(ITERATIONS).solve(&held, &initial) else { return Ok(None) };
         let growth = problem.without_reference().cost(&there.values)? - self.estimate.cost;
@@ -151,8 +151,8 @@ impl Solved {
         environment: &SolveEnvironment<'_>,
     ) -> Result<State, EstimateError> {
         let declared = State { gravity: session.gravity.assumed(), ..State::nominal(session) };
-        let start = start_around(session, &self.readings, &declared)?;
-        let JointProblem { problem, initial, variables, .. } = self.built.starting_at(session, &self.readings, &start);
+        let start = start_around(session, self.readings(), &declared)?;
+        let JointProblem { problem, initial, variables, .. } = self.built.starting_at(session, &start);
         let held = problem.with_fixed(&[variables.gravity], "as declared");
         let there = environment.within(ITERATIONS).solve(&held, &initial)?;
         Ok(variables.state(&there.values, &start))

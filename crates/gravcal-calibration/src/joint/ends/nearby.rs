@@ -53,7 +53,7 @@ impl Solved {
             let Some((_, better)) = lowest.filter(|(cost, _)| *cost < least - BETTER) else { break };
             let start = solved.built.variables.state(better, &State::nominal(session));
             // What leads nowhere leaves the estimate as it is.
-            let other = solve_from(session, &solved.readings, start, environment);
+            let other = solve_from(session, solved.readings(), start, environment);
             let Ok(other) = other.and_then(|other| in_hemisphere(session, other, environment)) else { break };
             let contradicts = other.hemisphere_contradicted && !solved.hemisphere_contradicted;
             let nominal = State::nominal(session);
@@ -93,8 +93,7 @@ impl Solved {
         let aligned = self.aligned(session, &plausible, environment)?.into_iter();
         let aligned = aligned.map(|(values, growth)| (values, share(growth)));
         let mut nearby = Vec::new();
-        let elsewhere =
-            self.elsewhere.iter().map(|state| self.built.starting_at(session, &self.readings, state).initial);
+        let elsewhere = self.elsewhere.iter().map(|state| self.built.starting_at(session, state).initial);
         let elsewhere = elsewhere.map(|values| (values, 1.0));
         for (values, share) in farther.chain(nominal).chain(aligned).chain(elsewhere) {
             let analysis = RankAnalysis::new(problem, &values)?;
@@ -188,7 +187,7 @@ impl Solved {
     /// Column and limit of use of gravity and every parameter.
     pub(in crate::joint) fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
         let JointProblem { variables, .. } = &self.built;
-        limits_of_use(session, (self.judged_problem(), &self.estimate.values), variables, &self.readings.spreads)
+        limits_of_use(session, (self.judged_problem(), &self.estimate.values), variables, &self.readings().spreads)
     }
 }
 

@@ -64,7 +64,7 @@ impl Solved {
         gains.iter().for_each(|id| center.set(variables.block(*id), &[session.nominal(*id)]));
         let soft = self.built.problem.reference()?.times_as_firm(FIRMNESS).centered_at(&center);
         Some(gains.iter().fold(soft, |soft, id| {
-            soft.with(variables.block(*id), &[WIDTH * session.limit(*id, &self.readings.spreads)])
+            soft.with(variables.block(*id), &[WIDTH * session.limit(*id, &self.readings().spreads)])
         }))
     }
 }

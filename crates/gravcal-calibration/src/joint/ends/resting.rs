@@ -22,7 +22,6 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::joint::building::reference::WITHIN_USE;
 use crate::joint::error::EstimateError;
-use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
 use crate::joint::starting::start::start_around;
 use crate::joint::variables::State;
@@ -63,9 +62,9 @@ impl Solved {
         let Some((values, cost)) = rests.find_map(|found| found.ok().filter(plausible)) else { return Ok(self) };
         let growth_at_rest = growth(cost);
         let problem = self.built.problem.with_reference(reference.centered_at(&values));
-        let built = JointProblem { problem, ..self.built.clone() };
+        let built = self.built.clone().with_problem(problem);
         let estimate = Estimate { values, cost, normal_equations: None, ..self.estimate.clone() };
-        let rested = Solved::judged(self.readings.clone(), built, estimate)?;
+        let rested = Solved::judged(built, estimate)?;
         let ended = self.state(&State::nominal(session));
         let mut rested = Solved { growth_at_rest, ..self.replaced_by(rested) };
         // The pull may lead over to another minimum. Then the one before is as likely.
@@ -104,7 +103,7 @@ impl Solved {
     ) -> Result<(Values, f64), EstimateError> {
         let environment = environment.within(ITERATIONS);
         let mut values = start.clone();
-        let mut center = self.built.starting_at(session, &self.readings, &State::nominal(session)).initial;
+        let mut center = self.built.starting_at(session, &State::nominal(session)).initial;
         for _ in 0..ROUNDS {
             let pulled = self.built.problem.with_reference(firm.centered_at(&center));
             values = to_the_end(&pulled, &values, &environment)?;
@@ -119,8 +118,8 @@ impl Solved {
     pub(super) fn open_as_declared(&self, session: &Session) -> Option<Values> {
         let mut start = self.state(&State::nominal(session));
         self.open(session).into_iter().for_each(|id| *start.value_mut(id) = session.nominal(id));
-        let start = start_around(session, &self.readings, &start).ok()?;
-        Some(self.built.starting_at(session, &self.readings, &start).initial)
+        let start = start_around(session, self.readings(), &start).ok()?;
+        Some(self.built.starting_at(session, &start).initial)
     }
 }
 
@@ -160,11 +159,11 @@ mod tests {
     fn rested(session: &Session, times: f64) -> Solved {
         let readings = select(session, Signals::All);
         with_environment(|environment| {
-            let Solved { readings, built, mut estimate, .. } = solve(session, &readings, None, environment)?;
+            let Solved { built, mut estimate, .. } = solve(session, &readings, None, environment)?;
             let gain = built.variables.sensors[0][FIRST_GAIN];
             estimate.values.set(gain, &[times * estimate.values.scalar(gain)]);
             estimate.cost = built.problem.without_reference().cost(&estimate.values)?;
-            Solved::judged(readings, built, estimate)?.resting_as_declared(session, environment)
+            Solved::judged(built, estimate)?.resting_as_declared(session, environment)
         })
         .unwrap()
     }
@@ -217,12 +216,12 @@ mod tests {
         let from_turned = |turn: f64| {
             let readings = select(&session, Signals::All);
             with_environment(|environment| {
-                let Solved { readings, built, mut estimate, .. } = solve(&session, &readings, None, environment)?;
+                let Solved { built, mut estimate, .. } = solve(&session, &readings, None, environment)?;
                 let g = Vector3::from_column_slice(estimate.values.get(built.variables.gravity));
                 let turned = nalgebra::Rotation3::from_axis_angle(&Vector3::y_axis(), turn) * g;
                 estimate.values.set(built.variables.gravity, turned.as_slice());
                 // As if the readings were explained there, too.
-                Solved::judged(readings, built, estimate)?.resting_as_declared(&session, environment)
+                Solved::judged(built, estimate)?.resting_as_declared(&session, environment)
             })
             .unwrap()
         };

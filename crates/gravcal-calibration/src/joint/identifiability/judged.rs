@@ -23,7 +23,7 @@ pub(in crate::joint) fn mostly_open(session: &Session, judgement: &Judgement) ->
 impl Solved {
     /// What is determined.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {
-        self.judge_with_spreads(session, &self.readings.spreads)
+        self.judge_with_spreads(session, &self.readings().spreads)
     }
 
     /// The same with given spreads (largest less smallest reading of each channel).
@@ -42,7 +42,7 @@ impl Solved {
         }
         judgement.leave_unsaid((!self.sign_known).then_some(Asked::Gravity));
         judgement.leave_unsaid(self.turning_with_gravity(session, spreads));
-        judgement.leave_open(self.readings.unread_and_unknown(session));
+        judgement.leave_open(self.readings().unread_and_unknown(session));
         judgement.leave_open(self.on_bound(session));
         judgement
     }
@@ -62,7 +62,7 @@ impl Solved {
         let g = self.estimate.values.get(self.built.variables.gravity);
         let read =
             (0..session.joints.len()).map(|joint| self.built.rows.iter().any(|id| id.channel == joint)).collect();
-        let unread = self.readings.unread_and_unknown(session);
+        let unread = self.readings().unread_and_unknown(session);
         let gravity_free = gravity_free_joints(session, &self.state(&State::nominal(session)));
         Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), gravity_free }
     }

@@ -25,7 +25,6 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
-use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
 use crate::joint::solving::fit::fit;
 use crate::joint::variables::State;
@@ -143,10 +142,10 @@ impl ModelTests<'_> {
         let solved = self.solved;
         let mut start = solved.state(&State::nominal(self.session));
         parameters.iter().for_each(|id| *start.value_mut(*id) = 0.0);
-        let built = build_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.built.loss)?;
+        let built = build_with_constraints(self.session, solved.readings(), &start)?.with_loss(solved.built.loss)?;
         let fixed: Vec<BlockId> = parameters.iter().map(|id| built.variables.block(*id)).collect();
-        let absent = JointProblem { problem: built.problem.with_fixed(&fixed, ABSENT), ..built };
-        let (_, without) = fit(&absent, &solved.readings, environment)?;
+        let absent = built.problem.with_fixed(&fixed, ABSENT);
+        let (_, without) = fit(&built.with_problem(absent), environment)?;
         Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.least_cost()).max(0.0)))
     }
 

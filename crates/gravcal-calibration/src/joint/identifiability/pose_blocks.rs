@@ -50,7 +50,7 @@ impl Solved {
 
     /// The poses of the factors.
     pub(in crate::joint) fn poses(&self, session: &Session) -> Vec<usize> {
-        (0..session.poses.len()).filter(|pose| !self.readings.used[*pose].is_empty()).collect()
+        (0..session.poses.len()).filter(|pose| !self.readings().used[*pose].is_empty()).collect()
     }
 
     fn found_blocks(&self, session: &Session, poses: &[usize]) -> Result<BlocksOfPoses, StatisticsError> {

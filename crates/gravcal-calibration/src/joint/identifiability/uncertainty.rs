@@ -78,7 +78,7 @@ impl Solved {
         misfit: Option<f64>,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
         // What nothing tells the size of is not told: `undetermined.rs` says so.
-        let estimated = self.readings.noise_found(session) && self.freedom_of_noise(session).is_none();
+        let estimated = self.readings().noise_found(session) && self.freedom_of_noise(session).is_none();
         let robust = self.built.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
         let noise_scale = match (widened_by, estimated) {
@@ -98,7 +98,7 @@ impl Solved {
             None => uncertainty,
         };
         let by_noise = UncertaintyResult::Noise { source, widened_by };
-        let errs = misfit.is_some() || self.readings.unexplained_found(session);
+        let errs = misfit.is_some() || self.readings().unexplained_found(session);
         if !errs || !self.may_leave_out_poses() {
             return Ok((uncertainty, by_noise));
         }
@@ -113,12 +113,12 @@ impl Solved {
 
     /// Degrees of freedom that are left to tell the noise, where it is to be found from them and they are too few for that.
     pub(in crate::joint) fn freedom_of_noise(&self, session: &Session) -> Option<usize> {
-        (self.readings.noise_found(session) && self.freedom() < LEAST_FREEDOM).then_some(self.freedom())
+        (self.readings().noise_found(session) && self.freedom() < LEAST_FREEDOM).then_some(self.freedom())
     }
 
     /// Degrees of freedom from which the noise was found, where no reading states it.
     pub(in crate::joint) fn freedom_of_found_noise(&self, session: &Session) -> Option<f64> {
-        (self.readings.noise_found(session) && self.freedom() > 0).then_some(self.freedom() as f64)
+        (self.readings().noise_found(session) && self.freedom() > 0).then_some(self.freedom() as f64)
     }
 
     fn freedom(&self) -> usize {

@@ -93,7 +93,7 @@ fn mistaken_columns(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
     // Noise found from residuals would excuse the very joints that are swapped.
-    let readings = solved.readings.unexcused(session);
+    let readings = solved.readings().unexcused(session);
     let start = start_cost(session, &readings)?;
     let mut promising = Vec::new();
     let hypotheses = hypotheses(session);
@@ -129,7 +129,7 @@ fn mistaken_columns(
     }
     let Some(([after, before], hypothesis, end)) = best else { return Ok(None) };
     let tried = hypotheses.len() + tried_of_lost;
-    let made = (&hypothesis.made(session), hypothesis.read(&solved.readings), end);
+    let made = (&hypothesis.made(session), hypothesis.read(solved.readings()), end);
     let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
     Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt())))
 }
@@ -149,10 +149,10 @@ pub(in crate::joint) fn decisively_likelier(
     environment: &SolveEnvironment<'_>,
 ) -> Result<bool, EstimateError> {
     let (rank, rows) = (solved.analysis.rank(), solved.judged_problem().rows());
-    if solved.readings.noise_found(session) && rows < rank + rank / TELLING {
+    if solved.readings().noise_found(session) && rows < rank + rank / TELLING {
         return Ok(false);
     }
-    let noise = first_noise(session, &solved.readings.spreads);
+    let noise = first_noise(session, &solved.readings().spreads);
     let readings = MeasurementSet { noise, ..readings }.with_rough_unexplained(session);
     let other = solve_from(made, &readings, start, environment)?;
     let gain = solved.minus_log_likelihood(session)? - other.minus_log_likelihood(made)?;
@@ -318,10 +318,10 @@ mod tests {
         let (wrong, solved, right) = with_wrong_offset(off);
         with_environment(|environment| {
             let start = start(&right, &solved);
-            let other = solve_from(&right, &solved.readings, start.clone(), environment)?;
+            let other = solve_from(&right, solved.readings(), start.clone(), environment)?;
             let gain = solved.minus_log_likelihood(&wrong)? - other.minus_log_likelihood(&right)?;
             let decided = |tried: usize| {
-                let made = (&right, solved.readings.clone(), start.clone());
+                let made = (&right, solved.readings().clone(), start.clone());
                 decisively_likelier(made, (&wrong, &solved), tried, environment)
             };
             let [a, b] = tried(gain);
@@ -366,7 +366,7 @@ mod tests {
             with_environment(|environment| {
                 let solved = solve(&wrong, &readings, None, environment)?;
                 let (rows, rank) = (solved.judged_problem().rows(), solved.analysis.rank());
-                let made = (&right, solved.readings.clone(), start(&right, &solved));
+                let made = (&right, solved.readings().clone(), start(&right, &solved));
                 let decided = decisively_likelier(made, (&wrong, &solved), 1, environment)?;
                 Ok::<_, EstimateError>((rows as f64 / rank as f64, decided))
             })

@@ -142,7 +142,7 @@ fn beside_the_others(
 ) -> Result<Option<Reversed>, EstimateError> {
     environment.report("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
-    let readings = solved.readings.unexcused(session);
+    let readings = solved.readings().unexcused(session);
     let mut joints: Vec<usize> = Vec::new();
     let mut cost = start_cost(session, &readings)?;
     loop {
@@ -174,7 +174,7 @@ fn beside_the_others(
         return Ok(None);
     }
     let (made, tried) = (turned(session, &joints), open.len());
-    let made = (&made, solved.readings.clone(), state.clone());
+    let made = (&made, solved.readings().clone(), state.clone());
     if !decisively_likelier(made, (session, solved), tried, environment)? {
         return Ok(None);
     }
@@ -207,7 +207,7 @@ fn all_together(
     }
     let now = agreement(session, solved, &solved.state(&State::nominal(session)));
     let Some(now) = now.filter(|correlation| *correlation < OPPOSED) else { return Ok(None) };
-    let (cost, state) = solve_with(&turned(session, open), &solved.readings, solved, environment)?;
+    let (cost, state) = solve_with(&turned(session, open), solved.readings(), solved, environment)?;
     let Some(then) = agreement(session, solved, &state).filter(|correlation| *correlation > -OPPOSED) else {
         return Ok(None);
     };
@@ -258,7 +258,7 @@ fn agreement(session: &Session, solved: &Solved, state: &State) -> Option<f64> {
     let informative: Vec<ReadingId> = solved.built.rows.iter().copied().filter(of_one_that_turns).collect();
     let noise = |id: &ReadingId| {
         let gain = state.sensors[id.channel][SensorParameter::TorqueGain as usize].abs();
-        solved.readings.std(session, id.pose, id.channel) / gain
+        solved.readings().std(session, id.pose, id.channel) / gain
     };
     if !is_seen(&informative, &estimated, noise) {
         return None;

@@ -276,7 +276,7 @@ mod tests {
         }
         let readings = MeasurementSet { at_rest: vec![std, 0.0, 0.0], ..select(&session, Signals::All) };
         let built = build_problem(&session, &readings, &State::nominal(&session)).unwrap();
-        let solved = with_environment(|environment| solve_built(readings, built, environment)).unwrap();
+        let solved = with_environment(|environment| solve_built(built, environment)).unwrap();
         solved.friction_at_rest(0)
     }
 

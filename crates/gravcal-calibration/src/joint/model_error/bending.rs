@@ -42,7 +42,7 @@ const REMARKABLE: f64 = 0.5;
 impl Bending {
     /// Of standstills whose errors show that friction may hide it; nothing where the session knows about it.
     pub(in crate::joint) fn of(session: &Session, solved: &Solved) -> Result<Option<Bending>, EvaluateError> {
-        let readings = &solved.readings;
+        let readings = solved.readings();
         let errs = (0..session.joints.len()).any(|joint| readings.errs_beyond_chance(session, joint));
         let looked_for = readings.bending.is_none() && readings.order == Order::Together;
         if !errs || !looked_for || !may_bend(session) {
@@ -120,7 +120,7 @@ impl Solved {
 
     /// Its readings with the torques that bend joints as it has them; nothing where joints bend by what it says already.
     pub(in crate::joint) fn bent_anew(&self, session: &Session) -> Result<Option<MeasurementSet>, EvaluateError> {
-        let (Some(bending), Some(unknown)) = (&self.readings.bending, &self.built.variables.bending) else {
+        let (Some(bending), Some(unknown)) = (&self.readings().bending, &self.built.variables.bending) else {
             return Ok(None);
         };
         if !self.estimate.termination.converged() {
@@ -134,7 +134,7 @@ impl Solved {
         let largest = torques.iter().zip(&bending.torques).map(moves).fold(0.0, f64::max);
         let anew = || MeasurementSet {
             bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })),
-            ..self.readings.clone()
+            ..self.readings().clone()
         };
         Ok((largest > SETTLED).then(anew))
     }
@@ -196,9 +196,9 @@ mod tests {
         let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
         let (standstills, path) = (Some(Default::default()), "recording.csv".into());
         session.searched = vec![Searched { path, standstills, sweeps: None, windows: None, remarks: Vec::new() }];
-        let readings = MeasurementSet { unexplained: vec![unexplained; 3], ..solved.readings.clone() };
+        let readings = MeasurementSet { unexplained: vec![unexplained; 3], ..solved.readings().clone() };
         let built = build_problem(&session, &readings, &solved.state(&State::nominal(&session))).unwrap();
-        (session, Solved::at_start(readings, built).unwrap())
+        (session, Solved::at_start(built).unwrap())
     }
 
     /// `DEFLECTION` under the spread of each joint's torque, but no joint softer than for a tenth of the largest spread.
@@ -231,7 +231,6 @@ mod tests {
         let (session, solved) = standing(1.0);
         let looked_for = |session: &Session, solved: &Solved| Bending::of(session, solved).unwrap().is_some();
         assert!(looked_for(&session, &solved));
-        let noise_alone = MeasurementSet { unexplained: vec![1e-6; 3], ..solved.readings.clone() };
         let table = Session { searched: Vec::new(), ..session.clone() };
         let mut swept = session.clone();
         swept.searched[0].sweeps = Some(Default::default());
@@ -244,7 +243,7 @@ mod tests {
         for other in stiff.iter().chain([&table, &swept]) {
             assert!(!looked_for(other, &solved));
         }
-        assert!(!looked_for(&session, &Solved { readings: noise_alone, ..solved }));
+        assert!(!looked_for(&session, &standing(1e-6).1), "noise alone");
     }
 
     /// The torques that bend joints are taken anew where the deflections of the others are wrong by more than `SETTLED`.
@@ -252,23 +251,28 @@ mod tests {
     fn torques_are_taken_anew_where_joints_bend_otherwise_by_more_than_matters() {
         let (session, solved) = standing(1.0);
         let bending = Bending::of(&session, &solved).unwrap().unwrap();
-        let readings = MeasurementSet { bending: Some(Arc::new(bending.clone())), ..solved.readings.clone() };
         let start = State { bending: vec![0.0, 1e-4, 0.0], ..solved.state(&State::nominal(&session)) };
-        let built = build_problem(&session, &readings, &start).unwrap();
-        let mut solved = Solved::at_start(readings, built).unwrap();
-        solved.estimate.termination = Termination::ZeroResidual;
-        let torques = solved.standing_torques(&session).unwrap();
-        let anew = |solved: &mut Solved, joint: usize, off: f64| {
+        // Solved for with joints that bend under these torques.
+        let under = |torques: Vec<Vec<f64>>, termination: Termination| {
+            let bending = Some(Arc::new(Bending { torques, ..bending.clone() }));
+            let readings = MeasurementSet { bending, ..solved.readings().clone() };
+            let mut bent = Solved::at_start(build_problem(&session, &readings, &start).unwrap()).unwrap();
+            bent.estimate.termination = termination;
+            bent
+        };
+        let as_found = |torques| under(torques, Termination::ZeroResidual).standing_torques(&session).unwrap();
+        let torques = as_found(as_found(as_found(bending.torques.clone())));
+        let anew = |joint: usize, off: f64, termination: Termination| {
             let mut other = torques.clone();
             other[40][joint] += off;
-            solved.readings.bending = Some(Arc::new(Bending { torques: other, ..bending.clone() }));
-            solved.bent_anew(&session).unwrap().map(|readings| readings.bending.unwrap().torques.clone())
+            let readings = under(other, termination).bent_anew(&session).unwrap()?;
+            Some(readings.bending.unwrap().torques[40][joint])
         };
         // 1e-4 rad/(N·m) times 0.1 N·m is `SETTLED`.
-        assert_eq!(anew(&mut solved, 1, 0.099), None);
-        assert_eq!(anew(&mut solved, 1, -0.101), Some(torques.clone()));
-        assert_eq!(anew(&mut solved, 2, 1e3), None, "the third joint does not bend");
-        solved.estimate.termination = Termination::AsGiven;
-        assert_eq!(anew(&mut solved, 1, 1.0), None, "what has not converged says nothing");
+        assert_eq!(anew(1, 0.09, Termination::ZeroResidual), None);
+        let found = anew(1, -0.11, Termination::ZeroResidual).unwrap();
+        assert!((found - torques[40][1]).abs() < 0.01, "{found} {}", torques[40][1]);
+        assert_eq!(anew(2, 1e3, Termination::ZeroResidual), None, "the third joint does not bend");
+        assert_eq!(anew(1, 1.0, Termination::AsGiven), None, "what has not converged says nothing");
     }
 }

@@ -68,25 +68,25 @@ impl Solved {
     pub(in crate::joint) fn unexplained(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let errors = session.unexplained_errors();
         if !errors.contains(&UnexplainedError::Estimated) {
-            return Ok(self.readings.unexplained.clone());
+            return Ok(self.readings().unexplained.clone());
         }
         let rows = self.unexplained_rows(session)?;
         let variance =
-            |((rows, error), old): ((&Vec<ErrorRow>, UnexplainedError), &f64)| match (error, self.readings.loss) {
+            |((rows, error), old): ((&Vec<ErrorRow>, UnexplainedError), &f64)| match (error, self.readings().loss) {
                 (UnexplainedError::Estimated, Loss::None) => variance_beyond_noise(rows),
                 (UnexplainedError::Estimated, _) => variance_beyond_noise_by_median(rows),
                 _ => *old,
             };
-        Ok(rows.iter().zip(errors).zip(&self.readings.unexplained).map(variance).collect())
+        Ok(rows.iter().zip(errors).zip(&self.readings().unexplained).map(variance).collect())
     }
 
     /// The readings of each channel.
     fn unexplained_rows(&self, session: &Session) -> Result<Vec<Vec<ErrorRow>>, EvaluateError> {
         let mut rows = vec![Vec::new(); session.channel_count()];
         for (ReadingId { pose, channel }, row) in self.built.rows.iter().zip(self.row_residuals()?) {
-            let residual = row.whitened * self.readings.std(session, *pose, *channel);
-            let noise = self.readings.own_std(session, *pose, *channel).powi(2)
-                + self.readings.of_unknown_side(session, *pose, *channel);
+            let residual = row.whitened * self.readings().std(session, *pose, *channel);
+            let noise = self.readings().own_std(session, *pose, *channel).powi(2)
+                + self.readings().of_unknown_side(session, *pose, *channel);
             rows[*channel].push(ErrorRow {
                 noise,
                 squared: residual * residual,
@@ -100,12 +100,12 @@ impl Solved {
     pub(in crate::joint) fn stands_with(&self, session: &Session, unexplained: &[f64], tolerance: f64) -> bool {
         let mut own = vec![(0.0, 0.0); session.channel_count()];
         for ReadingId { pose, channel } in &self.built.rows {
-            let noise = self.readings.own_std(session, *pose, *channel).powi(2);
+            let noise = self.readings().own_std(session, *pose, *channel).powi(2);
             own[*channel] = (own[*channel].0 + noise, own[*channel].1 + 1.0);
         }
         let stands = |((new, old), (noise, count)): ((&f64, &f64), (f64, f64))| {
             (new - old).abs() <= 2.0 * tolerance * (noise / f64::max(count, 1.0) + old)
         };
-        unexplained.iter().zip(&self.readings.unexplained).zip(own).all(stands)
+        unexplained.iter().zip(&self.readings().unexplained).zip(own).all(stands)
     }
 }

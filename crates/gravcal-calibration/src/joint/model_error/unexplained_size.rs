@@ -25,7 +25,7 @@ impl Solved {
         let references = references(session, &gravity);
         let size = |(channel, error): (usize, &UnexplainedError)| {
             let noise = noise[channel].filter(|_| *error != UnexplainedError::Absent)?;
-            let std = self.readings.unexplained[channel].sqrt();
+            let std = self.readings().unexplained[channel].sqrt();
             let reference = references[channel];
             Some(UnexplainedResult {
                 std,
@@ -66,7 +66,7 @@ impl Solved {
         for ((ReadingId { pose, channel }, reading), residual) in
             rows.filter(|((id, _), _)| id.channel < session.joints.len())
         {
-            left += (residual * self.readings.std(session, *pose, *channel) / gain(*channel)).powi(2);
+            left += (residual * self.readings().std(session, *pose, *channel) / gain(*channel)).powi(2);
             gravity += (reading / gain(*channel)).powi(2);
         }
         Ok((gravity > 0.0).then(|| (left / gravity).sqrt()))
@@ -93,7 +93,7 @@ impl Solved {
         }
         let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
         let reading = |(ReadingId { pose, channel }, (with, without)): (&ReadingId, (&f64, &f64))| {
-            (with - without) * self.readings.std(session, *pose, *channel)
+            (with - without) * self.readings().std(session, *pose, *channel)
         };
         Ok(self.built.rows.iter().zip(with.iter().zip(&without)).map(reading).collect())
     }
@@ -102,7 +102,7 @@ impl Solved {
     fn noise_by_channel(&self, session: &Session) -> Vec<Option<f64>> {
         let mut squares = vec![Vec::new(); session.channel_count()];
         for ReadingId { pose, channel } in &self.built.rows {
-            squares[*channel].push(self.readings.own_std(session, *pose, *channel).powi(2));
+            squares[*channel].push(self.readings().own_std(session, *pose, *channel).powi(2));
         }
         let mean = |squares: &Vec<f64>| squares.iter().sum::<f64>() / squares.len() as f64;
         squares.iter().map(|own| (!own.is_empty()).then(|| mean(own).sqrt())).collect()

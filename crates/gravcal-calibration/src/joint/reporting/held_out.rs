@@ -47,7 +47,7 @@ pub(crate) fn fit_with_held_out(
     match session.validation.is_empty() {
         false => {
             let found = solved.state(&State::nominal(session));
-            reported.held_out = of_validation(session, &solved.readings, found)?;
+            reported.held_out = of_validation(session, solved.readings(), found)?;
         }
         true => match seen_by_second_fit(session, solved, environment)? {
             Second::Predicted(held_out) => reported.held_out = held_out,
@@ -89,7 +89,7 @@ fn bending_as(
 ) -> Result<MeasurementSet, EstimateError> {
     let Some(bending) = &fitted.bending else { return Ok(readings) };
     let Ok(built) = build_problem(unseen, &readings, found) else { return Ok(readings) };
-    let torques = Solved::at_start(readings.clone(), built)?.standing_torques(unseen)?;
+    let torques = Solved::at_start(built)?.standing_torques(unseen)?;
     Ok(MeasurementSet { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
 }
 
@@ -104,13 +104,13 @@ fn seen_by_second_fit(
     solved: &Solved,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Second, EstimateError> {
-    let stretches = stretches(session, &solved.readings);
-    let part = |held: bool| solved.readings.only(|pose, _| stretches.contains(&pose) == held);
+    let stretches = stretches(session, solved.readings());
+    let part = |held: bool| solved.readings().only(|pose, _| stretches.contains(&pose) == held);
     let start = solved.state(&State::nominal(session));
     let readings = part(false);
     let Ok(seen) = build_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
     let seen = fixed_alike(solved, seen)?;
-    let (seen, estimate) = fit(&seen, &readings, environment)?;
+    let (seen, estimate) = fit(&seen, environment)?;
     if !estimate.termination.converged() {
         return Ok(Second::Missing(estimate.termination.to_string()));
     }

@@ -116,13 +116,13 @@ fn withdraw_all_but_parameters(result: &mut EstimatorResult) {
 pub(in crate::joint) fn report_termination(solved: &Solved) -> String {
     let termination = solved.estimate.termination;
     let last = if termination.converged() { "the last" } else { "one" };
-    match &solved.readings.order {
+    match &solved.readings().order {
         Order::Together => termination.to_string(),
         Order::StepByStep(steps) => {
             format!("{} steps, each with the covariance of those before; {last} {termination}", steps.len())
         }
         Order::PoseByPose { .. } => {
-            let (first, all) = (solved.readings.first().poses(), solved.readings.poses());
+            let (first, all) = (solved.readings().first().poses(), solved.readings().poses());
             format!("{first} poses together, then {} one by one; {last} {termination}", all - first)
         }
     }
@@ -130,7 +130,7 @@ pub(in crate::joint) fn report_termination(solved: &Solved) -> String {
 
 /// Costs from start to end; of no meaning where every update has a cost of its own.
 fn report_trace(solved: &Solved) -> Vec<Iteration> {
-    match solved.readings.order {
+    match solved.readings().order {
         Order::Together => solved.estimate.iterations.iter().map(Iteration::from).collect(),
         Order::StepByStep(_) | Order::PoseByPose { .. } => Vec::new(),
     }

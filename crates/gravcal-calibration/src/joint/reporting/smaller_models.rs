@@ -29,7 +29,7 @@ pub(in crate::joint) fn smaller_models(
     solved: &Solved,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Vec<SmallerModel>, EstimateError> {
-    let (standing, friction, unseen) = (standing(session), friction(session), stretches(session, &solved.readings));
+    let (standing, friction, unseen) = (standing(session), friction(session), stretches(session, solved.readings()));
     let kinds = [SmallerModelKind::Gravity, SmallerModelKind::GravityAndFriction];
     let mut found = Vec::new();
     // Where sensors have no friction, both are one.
@@ -62,8 +62,8 @@ fn prediction(
     (unseen, none): (&BTreeSet<usize>, &[usize]),
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<HeldOut>, EstimateError> {
-    let part = |held_out: bool| solved.readings.only(|pose, _| unseen.contains(&pose) == held_out);
-    let readings = if session.validation.is_empty() { part(false) } else { solved.readings.clone() };
+    let part = |held_out: bool| solved.readings().only(|pose, _| unseen.contains(&pose) == held_out);
+    let readings = if session.validation.is_empty() { part(false) } else { solved.readings().clone() };
     let mut start = solved.state(&State::nominal(session));
     none.iter().for_each(|place| start.further[*place] = 0.0);
     let Ok(built) = build_with_constraints(session, &readings, &start) else { return Ok(None) };
@@ -74,13 +74,13 @@ fn prediction(
     let given: Vec<BlockId> = zeros.chain(scales).collect();
     built.problem = built.problem.with_fixed(&given, "as the whole model has it");
     // What a smaller model cannot do takes nothing from the answer.
-    let Ok((built, estimate)) = fit(&built, &readings, environment) else { return Ok(None) };
+    let Ok((built, estimate)) = fit(&built, environment) else { return Ok(None) };
     if !estimate.termination.converged() {
         return Ok(None);
     }
     let found = built.variables.state(&estimate.values, &start);
     match session.validation.is_empty() {
         true => predict(session, &part(true), &found),
-        false => of_validation(session, &solved.readings, found),
+        false => of_validation(session, solved.readings(), found),
     }
 }

@@ -14,7 +14,7 @@ pub(super) fn undetermined(session: &Session, answer: &Answer) -> Vec<Undetermin
     let situation = solved.situation(session);
     let noise = unknown_noise(session, solved, parameters);
     let combinations = judgement.combinations.iter().map(|c| situation.report(&c.into()));
-    let sign = unknown_sign(session, solved, &solved.readings.spreads);
+    let sign = unknown_sign(session, solved, &solved.readings().spreads);
     noise.into_iter().chain(combinations).chain(sign).chain(last_frame_choices(session)).collect()
 }
 

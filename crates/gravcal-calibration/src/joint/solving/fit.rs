@@ -4,7 +4,6 @@ use gravcal_estimation::Estimate;
 use gravcal_identification::{FIRST_ITERATIONS, Fit, ROUNDS, SolveEnvironment};
 
 use crate::joint::error::EstimateError;
-use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
 use crate::joint::problem::JointProblem;
 use crate::joint::solving::in_order::estimate_in_order;
@@ -13,25 +12,23 @@ use crate::joint::solving::in_order::estimate_in_order;
 /// that of readings and knowledge alone.
 pub(in crate::joint) fn fit(
     built: &JointProblem,
-    readings: &MeasurementSet,
     environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    fit_in_rounds(built, readings, ROUNDS, environment)
+    fit_in_rounds(built, ROUNDS, environment)
 }
 
 /// The same in so many rounds at most. Readings that enter group by group have no rounds: the last group's reference ends with it.
 pub(in crate::joint) fn fit_in_rounds(
     built: &JointProblem,
-    readings: &MeasurementSet,
     rounds: usize,
     environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     // Far from nominal values the way is long as long as these pull: it goes on without them.
-    let (built, first) = estimate_in_order(built, readings, &environment.within(FIRST_ITERATIONS))?;
+    let (built, first) = estimate_in_order(built, &environment.within(FIRST_ITERATIONS))?;
     let fit = Fit::ended(built.problem.clone(), first);
-    let Fit { problem, estimate } = match readings.order {
+    let Fit { problem, estimate } = match built.readings().order {
         Order::Together => fit.followed(built.rows.len(), rounds, environment),
         _ => fit,
     };
-    Ok((JointProblem { problem, ..built }, estimate))
+    Ok((built.with_problem(problem), estimate))
 }

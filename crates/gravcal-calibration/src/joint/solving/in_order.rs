@@ -10,7 +10,6 @@ use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::ReadingId;
 
 use crate::joint::error::{BuildError, EstimateError};
-use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
 use crate::joint::problem::JointProblem;
 use crate::joint::solving::groups::{NOT_YET, first_of};
@@ -31,11 +30,10 @@ const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 /// Estimates the unknowns of a problem.
 pub(in crate::joint) fn estimate_in_order(
     built: &JointProblem,
-    readings: &MeasurementSet,
     environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    let updated = match &readings.order {
-        Order::Together => return solve_with_loss(built, readings.loss, environment),
+    let updated = match &built.readings().order {
+        Order::Together => return solve_with_loss(built, built.readings().loss, environment),
         Order::StepByStep(steps) => step_by_step(built, steps, environment)?,
         Order::PoseByPose { from } => pose_by_pose(built, *from, environment)?,
     };

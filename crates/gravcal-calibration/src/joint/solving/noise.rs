@@ -19,11 +19,11 @@ impl Solved {
 
     /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
     pub(in crate::joint) fn median_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
-        Ok(self.or_as_before(noise_by_median(&self.reading_residuals(session)?, self.readings.noise.len())))
+        Ok(self.or_as_before(noise_by_median(&self.reading_residuals(session)?, self.readings().noise.len())))
     }
 
     fn or_as_before(&self, found: Vec<Option<f64>>) -> Vec<f64> {
-        found.into_iter().zip(&self.readings.noise).map(|(found, old)| found.unwrap_or(*old)).collect()
+        found.into_iter().zip(&self.readings().noise).map(|(found, old)| found.unwrap_or(*old)).collect()
     }
 
     /// Those of the readings, in the order of the rows.
@@ -44,7 +44,7 @@ impl Solved {
     fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
         let rows = self.built.rows.iter().zip(self.row_residuals()?);
         let of = |(ReadingId { pose, channel }, row): (&ReadingId, RowResidual)| {
-            let std = self.readings.std(session, *pose, *channel);
+            let std = self.readings().std(session, *pose, *channel);
             ReadingResidual { channel: *channel, std, row }
         };
         Ok(rows.map(of).collect())
@@ -54,7 +54,7 @@ impl Solved {
     /// these readings share: a fit that took up most of its readings explains the rest by chance.
     pub(in crate::joint) fn minus_log_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
         let found = found(session);
-        let unit = first_noise(session, &self.readings.spreads);
+        let unit = first_noise(session, &self.readings().spreads);
         let size = |ReadingResidual { channel, std, row }: ReadingResidual| match found[channel] {
             true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
             false => 0.0,
@@ -106,10 +106,10 @@ mod tests {
         let (session, readings) = few(false);
         let found = solved(&session, &readings);
         let at = |times: f64| {
-            let noise = found.readings.noise.iter().map(|noise| times * noise).collect();
-            let readings = MeasurementSet { noise, ..found.readings.clone() };
+            let noise = found.readings().noise.iter().map(|noise| times * noise).collect();
+            let readings = MeasurementSet { noise, ..found.readings().clone() };
             let built = build_problem(&session, &readings, &found.state(&State::nominal(&session))).unwrap();
-            let solved = with_environment(|environment| solve_built(readings, built, environment)).unwrap();
+            let solved = with_environment(|environment| solve_built(built, environment)).unwrap();
             solved.minus_log_likelihood(&session).unwrap()
         };
         let (rows, rank) = (found.judged_problem().rows() as f64, found.analysis.rank() as f64);

@@ -14,5 +14,7 @@ pub(in crate::joint) fn solve_with_loss(
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     let under = |loss: Loss| -> Result<_, EstimateError> { Ok(built.with_loss(loss)?.problem) };
     let (problem, estimate) = solve_in_stages(loss, &built.initial, under, environment)?;
-    Ok((JointProblem { problem, loss, ..built.clone() }, estimate))
+    let mut robust = built.clone().with_problem(problem);
+    robust.loss = loss;
+    Ok((robust, estimate))
 }

@@ -46,10 +46,10 @@ pub fn solve(
         _ => best_start(session, &Sample::new(session, &readings.first())?, known, environment)?,
     };
     let solved = solve_from(session, readings, start, environment)?;
-    let sample = sample.with_noise_of(session, &solved.readings)?;
+    let sample = sample.with_noise_of(session, solved.readings())?;
     let solved = settled(session, solved, &sample, environment)?;
     let stopped = solved.estimate.termination == Termination::Stopped;
-    let noise_is_found = solved.readings.noise_found(session) && readings.order == Order::Together;
+    let noise_is_found = solved.readings().noise_found(session) && readings.order == Order::Together;
     let of_displacement = readings.order == Order::Together && gains_disagree(session, &solved);
     let doubtful = noise_is_found
         || of_displacement
@@ -200,8 +200,8 @@ mod tests {
         turned.sensors[1][PositionOffset as usize] += PI;
         turned.sensors[2][TorqueGain as usize] *= -1.0;
         turned.sensors[2][PositionGain as usize] *= -1.0;
-        let start = start_around(session, &solved.readings, &turned)?;
-        solve_from(session, &solved.readings, start, environment)
+        let start = start_around(session, solved.readings(), &turned)?;
+        solve_from(session, solved.readings(), start, environment)
     }
 
     #[test]
@@ -256,7 +256,7 @@ mod tests {
             let stays = lowest_elsewhere(&session, &readings, &sample, solved, None, environment)?;
             assert_eq!(stays.estimate.values, values);
             let built = build_problem(&session, &readings, &State::nominal(&session))?;
-            let nowhere = Solved::at_start(readings.clone(), built)?;
+            let nowhere = Solved::at_start(built)?;
             assert!(nowhere.estimate.cost > 2.0 * least);
             let found = lowest_elsewhere(&session, &readings, &sample, nowhere, None, environment)?;
             assert!(found.estimate.termination.converged() && (found.estimate.cost - least).abs() < 1e-3);

@@ -42,11 +42,11 @@ pub(in crate::joint) fn solve_from(
     if !converged {
         return Ok(solved);
     }
-    let (at_rest, bending) = (solved.readings.with_friction_at_rest(session), Bending::of(session, &solved)?);
+    let (at_rest, bending) = (solved.readings().with_friction_at_rest(session), Bending::of(session, &solved)?);
     if at_rest.is_none() && bending.is_none() {
         return Ok(solved);
     }
-    let mut readings = at_rest.unwrap_or_else(|| solved.readings.clone());
+    let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
     readings.bending = bending.map(Arc::new).or(readings.bending);
     let mut solved = solve_again(session, &solved, &readings, environment)?;
     for _ in 0..BENDING_ROUNDS {
@@ -79,7 +79,7 @@ fn solve_with_noise(
     let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
     if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
         environment.report("all unknowns together");
-        let solved = solve_built(readings.clone(), built(&readings, &start)?, environment)?;
+        let solved = solve_built(built(&readings, &start)?, environment)?;
         let stopped = solved.estimate.termination == Termination::Stopped;
         if !estimated || stopped || solved.unexplained(session)? == readings.unexplained {
             return Ok(solved);
@@ -93,8 +93,8 @@ fn solve_with_noise(
         readings.loss = if round == 0 { Loss::None } else { loss };
         let problem = built(&readings, &start)?;
         let problem = if round == 0 { problem } else { problem.resting_at_start() };
-        let (problem, estimate) = fit_in_rounds(&problem, &readings, 1, &environment.within(NOISE_ITERATIONS))?;
-        let solved = Solved::judged(readings.clone(), problem, estimate)?;
+        let (problem, estimate) = fit_in_rounds(&problem, 1, &environment.within(NOISE_ITERATIONS))?;
+        let solved = Solved::judged(problem, estimate)?;
         let noise = match loss {
             Loss::None => solved.residual_noise(session)?,
             _ => solved.median_noise(session)?,
@@ -111,15 +111,11 @@ fn solve_with_noise(
     }
     readings.loss = loss;
     environment.report("all unknowns together");
-    solve_built(readings.clone(), built(&readings, &start)?.resting_at_start(), environment)
+    solve_built(built(&readings, &start)?.resting_at_start(), environment)
 }
 
 /// Solves a problem as it is built, and judges the solution.
-pub(crate) fn solve_built(
-    readings: MeasurementSet,
-    built: JointProblem,
-    environment: &SolveEnvironment<'_>,
-) -> Result<Solved, EstimateError> {
-    let (built, estimate) = fit(&built, &readings, &environment.within(ITERATIONS))?;
-    Solved::judged(readings, built, estimate)
+pub(crate) fn solve_built(built: JointProblem, environment: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
+    let (built, estimate) = fit(&built, &environment.within(ITERATIONS))?;
+    Solved::judged(built, estimate)
 }

@@ -75,7 +75,7 @@ impl Sample {
 
     /// Its problem, started from here.
     pub fn built_at(&self, session: &Session, start: &State) -> JointProblem {
-        self.built.starting_at(session, &self.readings, start)
+        self.built.starting_at(session, start)
     }
 
     /// A cost that explains its readings.

@@ -82,7 +82,7 @@ impl<'a> Columns<'a> {
         let predictions = delayed::predictions(session, solved)?;
         let mut readings = vec![Vec::new(); session.channel_count()];
         for (row, id) in solved.built.rows.iter().enumerate() {
-            readings[id.channel].push((row, id.pose, solved.readings.std(session, id.pose, id.channel)));
+            readings[id.channel].push((row, id.pose, solved.readings().std(session, id.pose, id.channel)));
         }
         let torques = solved.standing_torques(session)?;
         let turned_gravity = turned_gravity(solved)?;

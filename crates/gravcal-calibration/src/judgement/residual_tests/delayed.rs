@@ -36,7 +36,7 @@ pub fn predictions(session: &Session, solved: &Solved) -> Result<Vec<f64>, Evalu
     let residuals = solved.built.problem.residuals(&solved.estimate.values)?;
     let prediction = |(ReadingId { pose, channel }, residual): (&ReadingId, f64)| {
         let reading = session.reading(*pose, *channel).map_or(0.0, |reading| reading.value);
-        reading + residual * solved.readings.std(session, *pose, *channel)
+        reading + residual * solved.readings().std(session, *pose, *channel)
     };
     Ok(solved.built.rows.iter().zip(residuals).map(prediction).collect())
 }

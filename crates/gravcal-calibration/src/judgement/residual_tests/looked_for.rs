@@ -52,7 +52,7 @@ impl Search<'_> {
         let own = rows.of_channel(channel);
         let square = |row: &usize| {
             let ReadingId { pose, .. } = self.solved.built.rows[*row];
-            (maker.residuals()[*row] * self.solved.readings.std(self.session, pose, channel)).powi(2)
+            (maker.residuals()[*row] * self.solved.readings().std(self.session, pose, channel)).powi(2)
         };
         let rms = (own.iter().map(square).sum::<f64>() / own.len().max(1) as f64).sqrt();
         let largest = own.iter().filter_map(|row| self.session.reading(self.solved.built.rows[*row].pose, channel));

@@ -51,7 +51,7 @@ pub(crate) fn residual_tests(
     let problem = solved.judged_problem();
     let tested = solved.estimate.termination.converged()
         && solved.built.loss == Loss::None
-        && solved.readings.order == Order::Together
+        && solved.readings().order == Order::Together
         && problem.rows() > solved.analysis.rank()
         && !too_large(solved);
     if !tested {

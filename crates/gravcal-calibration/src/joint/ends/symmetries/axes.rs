@@ -85,7 +85,7 @@ impl Symmetry for TurnedAxes<'_> {
     fn images(&self, solved: &Solved, _: &SolveEnvironment<'_>) -> Result<Vec<State>, EstimateError> {
         let (session, found) = (self.session, solved.state(&State::nominal(self.session)));
         let nominal = sensors_as_declared(session, &found);
-        let nominal = nominal.map(|sensors| start_around(session, &solved.readings, &sensors)).transpose()?;
+        let nominal = nominal.map(|sensors| start_around(session, solved.readings(), &sensors)).transpose()?;
         Ok(turned_axes(session, &found).into_iter().chain(nominal).collect())
     }
 
@@ -96,8 +96,8 @@ impl Symmetry for TurnedAxes<'_> {
         solved: &Solved,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
-        let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
-        let Ok(other) = solve_built(solved.readings.clone(), built, environment) else { return Ok(None) };
+        let built = build_with_constraints(self.session, solved.readings(), &image)?.with_loss(solved.built.loss)?;
+        let Ok(other) = solve_built(built, environment) else { return Ok(None) };
         let nominal = State::nominal(self.session);
         let [wrong, before] = [&other, solved].map(|solution| not_as_declared(self.session, &solution.state(&nominal)));
         Ok((wrong < before && other.estimate.termination.converged()).then_some(other))

@@ -38,7 +38,7 @@ impl InHemisphere<'_> {
         let size = self.session.gravity.magnitude;
         let Some(along) = directions(self.session.gravity.hemisphere).next() else { return Ok(None) };
         let declared = State { gravity: along.map(|component| size * component), ..State::nominal(self.session) };
-        Ok(Some(start_around(self.session, &solved.readings, &declared)?))
+        Ok(Some(start_around(self.session, solved.readings(), &declared)?))
     }
 
     fn lies_within(&self, solved: &Solved, pole: [f64; 3]) -> bool {
@@ -81,7 +81,7 @@ impl Symmetry for InHemisphere<'_> {
             let within = self.session.gravity.hemisphere.is_none_or(|pole| self.lies_within(other, pole));
             within && other.estimate.termination.converged()
         };
-        Ok(solve_from(self.session, &solved.readings, image, environment).ok().filter(is_there))
+        Ok(solve_from(self.session, solved.readings(), image, environment).ok().filter(is_there))
     }
 
     fn height(&self, solved: &Solved) -> f64 {
@@ -197,8 +197,8 @@ mod tests {
         let solved = with_environment(|w| solve(&session, &readings, None, w)).unwrap();
         let found = solved.state(&State::nominal(&session));
         let predicted = |state: &State| {
-            let built = solved.built.starting_at(&session, &readings, state);
-            built.predicted(&session, &readings).unwrap().into_iter().filter(|(id, _)| id.channel >= 1)
+            let built = solved.built.starting_at(&session, state);
+            built.predicted(&session).unwrap().into_iter().filter(|(id, _)| id.channel >= 1)
         };
         let image = half_a_turn_about_axis(&session, &found, 1).unwrap();
         assert!((image.sensors[1][3] - found.sensors[1][3]).abs() > 3.0 && image.gravity[2] > 0.0, "{image:?}");

@@ -55,7 +55,7 @@ impl Symmetry for MirroredPlacements<'_> {
         solved: &Solved,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
-        solve_from(self.session, &solved.readings, image, environment).map(Some)
+        solve_from(self.session, solved.readings(), image, environment).map(Some)
     }
 
     fn height(&self, solved: &Solved) -> f64 {

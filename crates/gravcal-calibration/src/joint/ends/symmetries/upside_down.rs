@@ -54,8 +54,8 @@ impl Symmetry for UpsideDown<'_> {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
         let nominal = State::nominal(self.session);
-        let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
-        let other = solve_built(solved.readings.clone(), built, environment)?;
+        let built = build_with_constraints(self.session, solved.readings(), &image)?.with_loss(solved.built.loss)?;
+        let other = solve_built(built, environment)?;
         let [here, there] = [solved, &other].map(|solution| solution.state(&nominal).gravity);
         let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
         Ok(opposite.then_some(other))
@@ -72,7 +72,7 @@ impl Symmetry for UpsideDown<'_> {
         end: Solved,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Solved, EstimateError> {
-        solve_from(self.session, &solved.readings, end.state(&State::nominal(self.session)), environment)
+        solve_from(self.session, solved.readings(), end.state(&State::nominal(self.session)), environment)
     }
 }
 

@@ -75,7 +75,7 @@ pub(in crate::joint) fn consistent_model(
     let state = solved.built.variables.state(&moved, &State::nominal(session));
     let held_out = match session.validation.is_empty() {
         true => None,
-        false => of_validation(session, &solved.readings, state)?,
+        false => of_validation(session, solved.readings(), state)?,
     };
     let growth = off.dot(&(&programme.information * &off)) + 2.0 * programme.slope.dot(&off);
     let model = ConsistentModel {

@@ -30,7 +30,7 @@ impl Answer {
         environment.report("holding the earlier calibration against the readings");
         let alone = Session { earlier: None, ..session.clone() };
         let start = solved.state(&State::nominal(session));
-        let without = solve_from(&alone, &solved.readings, start, environment)?;
+        let without = solve_from(&alone, solved.readings(), start, environment)?;
         let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
         let gained = freedom(solved).saturating_sub(freedom(&without)) as f64;
         let size = match session.noise_estimated().contains(&true) {

@@ -164,10 +164,10 @@ mod tests {
         let (own, share_of_own) = answer.solved.noise_beside_gravity(&session).unwrap()[1].unwrap();
         let state = answer.solved.state(&State::nominal(&session));
         let mut doubts = |share: f64| {
-            let mut readings = answer.solved.readings.clone();
+            let mut readings = answer.solved.readings().clone();
             readings.noise[1] = own * share / share_of_own;
             let built = build_problem(&session, &readings, &state).unwrap();
-            answer.solved = Solved::at_start(readings, built).unwrap();
+            answer.solved = Solved::at_start(built).unwrap();
             answer.solved.estimate.termination = Termination::ZeroResidual;
             let mut large = false;
             let told = found(|findings| large = answer.remark_on_noise_found(&session, findings).unwrap());
