@@ -8,12 +8,13 @@
 use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::{Chain, JointKind};
-use gravcal_estimation::{BlockId, RankAnalysis, Reference, Values};
+use gravcal_estimation::{BlockId, RankAnalysis};
 use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
 
+use crate::joint::ends::surroundings::{Place, Surroundings};
 use crate::joint::error::EstimateError;
 use crate::joint::solved::Solved;
 use crate::joint::variables::State;
@@ -24,7 +25,7 @@ const WITHIN_FIVE: f64 = 2.0 * IMPLAUSIBLE;
 const STANDS: f64 = 0.01;
 /// Farther from a quarter turn than this, rad, none is tried: zero positions are known better. Gravity farther from the first axis is not
 /// tried along it.
-pub(in crate::joint) const NEAR: f64 = 0.2;
+pub(super) const NEAR: f64 = 0.2;
 /// Iterations at most in which the rest of the unknowns follow.
 const ITERATIONS: usize = 100;
 
@@ -42,64 +43,59 @@ struct Carried {
 
 const NOTHING: Carried = Carried { mass: 0.0, moment: Vector3::new(0.0, 0.0, 0.0) };
 
+/// Where gravity, a standing joint, the end of the arm, all of a kind, or several kinds are exactly aligned. None where the readings contradict
+/// it.
+pub(super) fn aligned(
+    around: &Surroundings<'_>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Vec<Place>, EstimateError> {
+    let Surroundings { session, solved, .. } = *around;
+    let upright = solved.gravity_along_first_axis(session);
+    let balanced = solved.balanced_ends(session, |joint| solved.may_carry_nothing(session, joint));
+    let standing = solved.standing_joints_at_quarter_turns(session);
+    let mut found = Vec::new();
+    // Of alignments that hold each other, the last that the readings admit.
+    let mut farthest = |nested: Vec<Alignment>| -> Result<Option<Alignment>, EstimateError> {
+        let mut farthest = None;
+        for alignment in nested {
+            let Some(there) = fixed_at(around, &alignment, environment)? else { break };
+            farthest = Some(alignment);
+            found.push(there);
+        }
+        Ok(farthest)
+    };
+    let mut each = |alignments: Vec<Vec<Alignment>>| -> Result<Vec<Alignment>, EstimateError> {
+        alignments.into_iter().filter_map(|nested| farthest(nested).transpose()).collect()
+    };
+    let apart = |alignments: Vec<Alignment>| alignments.into_iter().map(|alignment| vec![alignment]).collect();
+    let alone = [each(apart(upright.into_iter().collect()))?, each(balanced)?, each(apart(standing))?];
+    each(apart(together(&alone)))?;
+    Ok(found)
+}
+
+/// Where the rest of the unknowns is best with some held; how much ½ χ² is larger there counts as if in one direction. None where the readings
+/// contradict it.
+fn fixed_at(
+    Surroundings { session, solved, plausible, .. }: &Surroundings<'_>,
+    alignment: &Alignment,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Option<Place>, EstimateError> {
+    let problem = solved.judged_problem();
+    let mut start = solved.estimate.values.clone();
+    alignment.iter().for_each(|(block, value)| start.set(*block, value));
+    let blocks: Vec<BlockId> = alignment.iter().map(|(block, _)| *block).collect();
+    let held = problem.with_reference(plausible.centered_at(&start)).with_fixed(&blocks, "exactly aligned");
+    // What cannot be solved there says nothing.
+    let Ok(there) = environment.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
+    let alone = problem.without_reference();
+    let growth = alone.cost(&there.values)? - alone.cost(&solved.estimate.values)?;
+    // What has no effect there explains no noise there.
+    let lost = solved.analysis.rank().saturating_sub(RankAnalysis::new(problem, &there.values)?.rank());
+    let growth = as_of_one_direction(growth, lost.max(1), solved.freedom_of_found_noise(session));
+    Ok((growth < IMPLAUSIBLE).then(|| Place::of_growth(there.values, growth)))
+}
+
 impl Solved {
-    /// Where gravity, a standing joint, the end of the arm, all of a kind, or several kinds are exactly aligned, and what ½ χ² is larger by
-    /// there. None where the readings contradict it.
-    pub(in crate::joint) fn aligned(
-        &self,
-        session: &Session,
-        plausible: &Reference,
-        environment: &SolveEnvironment<'_>,
-    ) -> Result<Vec<(Values, f64)>, EstimateError> {
-        let upright = self.gravity_along_first_axis(session);
-        let (balanced, standing) = (
-            self.balanced_ends(session, |joint| self.may_carry_nothing(session, joint)),
-            self.standing_joints_at_quarter_turns(session),
-        );
-        let mut found = Vec::new();
-        // Of alignments that hold each other, the last that the readings admit.
-        let mut farthest = |nested: Vec<Alignment>| -> Result<Option<Alignment>, EstimateError> {
-            let mut farthest = None;
-            for alignment in nested {
-                let Some(there) = self.fixed_at(session, &alignment, plausible, environment)? else { break };
-                farthest = Some(alignment);
-                found.push(there);
-            }
-            Ok(farthest)
-        };
-        let mut each = |alignments: Vec<Vec<Alignment>>| -> Result<Vec<Alignment>, EstimateError> {
-            alignments.into_iter().filter_map(|nested| farthest(nested).transpose()).collect()
-        };
-        let apart = |alignments: Vec<Alignment>| alignments.into_iter().map(|alignment| vec![alignment]).collect();
-        let alone = [each(apart(upright.into_iter().collect()))?, each(balanced)?, each(apart(standing))?];
-        each(apart(together(&alone)))?;
-        Ok(found)
-    }
-
-    /// Where the rest of the unknowns is best with some held, and what ½ χ² is larger by there, as if in one direction. None where the
-    /// readings contradict it.
-    fn fixed_at(
-        &self,
-        session: &Session,
-        alignment: &Alignment,
-        plausible: &Reference,
-        environment: &SolveEnvironment<'_>,
-    ) -> Result<Option<(Values, f64)>, EstimateError> {
-        let problem = self.judged_problem();
-        let mut start = self.estimate.values.clone();
-        alignment.iter().for_each(|(block, value)| start.set(*block, value));
-        let blocks: Vec<BlockId> = alignment.iter().map(|(block, _)| *block).collect();
-        let held = problem.with_reference(plausible.centered_at(&start)).with_fixed(&blocks, "exactly aligned");
-        // What cannot be solved there says nothing.
-        let Ok(there) = environment.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
-        let alone = problem.without_reference();
-        let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
-        // What has no effect there explains no noise there.
-        let lost = self.analysis.rank().saturating_sub(RankAnalysis::new(problem, &there.values)?.rank());
-        let growth = as_of_one_direction(growth, lost.max(1), self.freedom_of_found_noise(session));
-        Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
-    }
-
     /// Gravity along the axis of the first joint, if it is near, or may be for all that is known of it. The readings there say
     /// whether that is plausible: at an estimate that is a little off, gravity's standard deviations are too small to tell.
     fn gravity_along_first_axis(&self, session: &Session) -> Option<Alignment> {
@@ -181,7 +177,7 @@ impl Solved {
     }
 
     /// Joints that stand in all poses with an unknown offset, and at which angle, rad.
-    pub(in crate::joint) fn standing_angles(&self, session: &Session) -> Vec<(usize, f64)> {
+    pub(super) fn standing_angles(&self, session: &Session) -> Vec<(usize, f64)> {
         let unknowns = self.state(&State::nominal(session));
         let used = session.poses.iter().zip(&self.readings().used).filter(|(_, used)| !used.is_empty());
         let coordinates = used.map(|(p, _)| session.terms.coordinates(&p.position, &p.conditions, &unknowns));
@@ -223,7 +219,7 @@ fn hung_on(chain: &Chain, carried: usize) -> Option<(usize, usize)> {
 }
 
 /// By how much an angle is off the nearest multiple of a quarter turn, rad.
-pub(in crate::joint) fn off_quarter_turn(angle: f64) -> f64 {
+pub(super) fn off_quarter_turn(angle: f64) -> f64 {
     angle - (angle / FRAC_PI_2).round() * FRAC_PI_2
 }
 
@@ -242,10 +238,8 @@ mod tests {
     use gravcal_session::simulation::Run;
 
     use super::{Alignment, together};
-    use crate::joint::{Signals, select};
+    use crate::joint::{Signals, select, solve};
     use crate::testing::{sarcos_shoulder, with_environment};
-
-    use crate::joint::solving::solve::solve;
 
     /// Whether the readings are judged with gravity exactly along the first axis.
     fn is_judged_upright(tilt: f64) -> bool {

@@ -8,44 +8,25 @@ use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::ends::aligned::{NEAR, off_quarter_turn};
-use crate::joint::ends::symmetries::in_hemisphere;
+use crate::joint::ends::other_start::OtherStart;
 use crate::joint::error::EstimateError;
 use crate::joint::solved::Solved;
-use crate::joint::solving::solve_from::solve_from;
 use crate::joint::variables::State;
 
-impl Solved {
-    /// The same, or a likelier end with one standing joint on the other side of a quarter turn; what explains the readings about as well is kept
-    /// beside it.
-    ///
-    /// # Errors
-    /// Where an end cannot be judged.
-    pub(in crate::joint) fn or_mirrored_standing(
-        self,
-        session: &Session,
-        environment: &SolveEnvironment<'_>,
-    ) -> Result<Solved, EstimateError> {
-        if !self.is_minimum_of_all() {
-            return Ok(self);
-        }
-        let found = self.state(&State::nominal(session));
-        let mut best = self;
-        for (joint, angle) in best.standing_angles(session) {
-            let off = off_quarter_turn(angle);
-            if off.abs() > NEAR {
-                continue;
-            }
-            let mut start = found.clone();
-            start.sensors[joint][SensorParameter::PositionOffset as usize] -= 2.0 * off;
-            // What leads nowhere says nothing of the solution.
-            let end = solve_from(session, best.readings(), start, environment);
-            let Ok(other) = end.and_then(|other| in_hemisphere(session, other, environment)) else { continue };
-            if other.estimate.termination.converged() && !other.hemisphere_contradicted {
-                best = best.or_end(session, other)?;
-            }
-        }
-        Ok(best)
-    }
+/// The solution with one standing joint on the other side of a quarter turn, for each joint that stands near one.
+pub(super) fn mirrored_standing(
+    solved: &Solved,
+    session: &Session,
+    _: &SolveEnvironment<'_>,
+) -> Result<Vec<OtherStart>, EstimateError> {
+    let found = solved.state(&State::nominal(session));
+    let off = solved.standing_angles(session).into_iter().map(|(joint, angle)| (joint, off_quarter_turn(angle)));
+    let mirrored = |(joint, off): (usize, f64)| {
+        let mut start = found.clone();
+        start.sensors[joint][SensorParameter::PositionOffset as usize] -= 2.0 * off;
+        OtherStart { start, declared: Vec::new() }
+    };
+    Ok(off.filter(|(_, off)| off.abs() <= NEAR).map(mirrored).collect())
 }
 
 #[cfg(test)]
@@ -53,6 +34,9 @@ mod tests {
     use gravcal_session::simulation::Run;
 
     use super::*;
+    use crate::joint::ends::other_ends::or_other_end;
+    use crate::joint::ends::symmetries::in_hemisphere;
+    use crate::joint::solving::solve_from::solve_from;
     use crate::joint::{Signals, select, solve};
     use crate::testing::{sarcos_shoulder, with_environment};
 
@@ -74,13 +58,13 @@ mod tests {
             start.sensors[1][3] -= 2.0 * off_quarter_turn(standing[0].1);
             let other = in_hemisphere(&session, solve_from(&session, &readings, start, environment)?, environment)?;
             let [one, mirrored] = [solved.minus_log_likelihood(&session)?, other.minus_log_likelihood(&session)?];
-            let looked = solved.or_mirrored_standing(&session, environment)?;
+            let looked = or_other_end(solved, &session, environment)?;
             assert!((looked.minus_log_likelihood(&session)? - one.min(mirrored)).abs() < 1e-6);
             assert_eq!(
                 looked.elsewhere.len(),
                 usize::from((one - mirrored).abs() < gravcal_identification::IMPLAUSIBLE)
             );
-            Ok::<_, crate::joint::EstimateError>(())
+            Ok::<_, EstimateError>(())
         })
         .unwrap();
     }

@@ -1,10 +1,23 @@
-//! Where else the truth may be than where a solve ended: images, other ends, values nearby at which readings say less.
+//! Where else the truth may be than where a solve ended.
+//!
+//! | list | what is on it |
+//! |---|---|
+//! | `symmetries/settled.rs` | images of a solution, one of which takes its place |
+//! | `other_ends.rs` | other starts, whose ends may take the solution's place, or are kept beside it |
+//! | `nearby.rs` | places near the solution at which readings say less: these widen intervals, or deny what is told |
+//!
+//! Beside them stand where a solution rests of which much is open (`resting.rs`), how wide profiles are (`profiles.rs`), and the vector between two
+//! placements, of which only the length is known (`displaced.rs`).
 
-pub(super) mod aligned;
+mod aligned;
 pub(super) mod displaced;
-pub(super) mod mirrored_standing;
-pub(super) mod near_declared;
-pub(super) mod nearby;
-pub(super) mod profiles;
-pub(super) mod resting;
+mod mirrored_standing;
+mod near_declared;
+mod nearby;
+mod nearer_to_nominal;
+pub(super) mod other_ends;
+mod other_start;
+mod profiles;
+mod resting;
+mod surroundings;
 pub(super) mod symmetries;

@@ -1,139 +1,68 @@
-//! Position sensors and gravity found far from what is declared, held against what explains the readings with these as declared.
+//! Position sensors and gravity as declared, where they are found far from that.
 //!
-//! Where few joints move, and little, a fit may end in a valley of its own beside the true one, and its χ² says nothing of that: both
-//! explain the readings. Zero positions of joints are known to a few degrees before anything is calibrated, their gains to a few per cent, and how
+//! Zero positions of joints are known to a few degrees before anything is calibrated, their gains to a few per cent, and how
 //! the base stands to some degrees. So where the readings seem to determine one that is farther off, the session is solved with all such held as
-//! declared, and from there they are let go; first the position sensors, then gravity:
-//!
-//! ```text
-//!     C′ < C         that end takes the solution's place;
-//!     C′ < C + 12.5  the readings tell neither from the other, and the end is kept among those that may be the true one.
-//! ```
-//!
-//! What holds them as declared is kept in the same way: what is let go may follow the noise again.
+//! declared: from there they are let go.
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::BlockId;
-use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
 
-use crate::joint::ends::symmetries::in_hemisphere;
+use crate::joint::ends::other_start::{ITERATIONS, OtherStart};
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::judged::mostly_open;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve::solve;
-use crate::joint::solving::solve_from::solve_from;
 use crate::joint::starting::start::start_around;
-use crate::joint::variables::{State, VariableIndex};
+use crate::joint::variables::State;
 use crate::judgement::Asked;
 
 /// Farther from its nominal value, rad, no offset is declared: zero positions are known to a few degrees.
 const FAR_OFFSET: f64 = 0.17;
 /// Farther from its nominal value, as a share of it, no position gain is.
 const FAR_GAIN: f64 = 0.1;
-
 /// Farther from where it is declared to point, rad, no gravity is: who mounts an arm aslant says so.
 const FAR_GRAVITY: f64 = 0.17;
-/// Iterations at most to where the rest explains the readings with gravity held.
-const ITERATIONS: usize = 300;
 
 /// A joint and what is known of its position sensor.
 type PositionParameter = (usize, SensorParameter);
 
+/// Where the session is solved with those position sensors as declared that are found far from it.
+pub(super) fn positions_as_declared(
+    solved: &Solved,
+    session: &Session,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Vec<OtherStart>, EstimateError> {
+    let far = solved.told_far_from_declared(session);
+    if far.is_empty() {
+        return Ok(Vec::new());
+    }
+    environment.report("position sensors as declared");
+    let start = solved_as_declared(session, solved.readings(), &far, environment);
+    let declared = far.into_iter().map(|(joint, quantity)| ParameterId::Sensor(joint, quantity).into()).collect();
+    // What cannot be solved so is no start.
+    Ok(start.ok().map(|start| OtherStart { start, declared }).into_iter().collect())
+}
+
+/// Where the readings are explained with gravity as declared, if it is found far from that.
+pub(super) fn gravity_as_declared(
+    solved: &Solved,
+    session: &Session,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Vec<OtherStart>, EstimateError> {
+    if solved.misfit(session)?.is_some() || !solved.tells_gravity_far_from_declared(session) {
+        return Ok(Vec::new());
+    }
+    environment.report("gravity as declared");
+    let start = solved.with_gravity_as_declared(session, environment).ok();
+    Ok(start.map(|start| OtherStart { start, declared: vec![Asked::Gravity] }).into_iter().collect())
+}
+
 impl Solved {
-    /// The same, or one nearer to what is declared where that explains the readings better; what explains them about as well is kept
-    /// beside it.
-    ///
-    /// # Errors
-    /// Where an end cannot be judged.
-    pub(in crate::joint) fn near_declared(
-        self,
-        session: &Session,
-        environment: &SolveEnvironment<'_>,
-    ) -> Result<Solved, EstimateError> {
-        if !self.is_minimum_of_all() {
-            return Ok(self);
-        }
-        let far = self.told_far_from_declared(session);
-        let solved = match far.is_empty() {
-            true => self,
-            false => {
-                environment.report("position sensors as declared");
-                let declared = solved_as_declared(session, self.readings(), &far, environment);
-                let block = |variables: &VariableIndex, (joint, quantity): PositionParameter| {
-                    variables.block(ParameterId::Sensor(joint, quantity))
-                };
-                let blocks = |variables: &VariableIndex| far.iter().map(|id| block(variables, *id)).collect();
-                self.or_from(session, declared, blocks, environment)?
-            }
-        };
-        // What does not explain the readings has another cause, which is looked for from there.
-        let explains = solved.misfit(session)?.is_none();
-        if !explains || !solved.tells_gravity_far_from_declared(session) {
-            return Ok(solved);
-        }
-        environment.report("gravity as declared");
-        let declared = solved.with_gravity_as_declared(session, environment);
-        solved.or_from(session, declared, |variables| vec![variables.gravity], environment)
-    }
-
-    /// The same, or the end to which a solution leads that holds some blocks as declared, once these are let go. What leads nowhere says
-    /// nothing of the solution.
-    fn or_from(
-        self,
-        session: &Session,
-        declared: Result<State, EstimateError>,
-        blocks: impl Fn(&VariableIndex) -> Vec<BlockId>,
-        environment: &SolveEnvironment<'_>,
-    ) -> Result<Solved, EstimateError> {
-        let Ok(declared) = declared else { return Ok(self) };
-        let freed = solve_from(session, self.readings(), declared.clone(), environment);
-        let Ok(other) = freed.and_then(|other| in_hemisphere(session, other, environment)) else { return Ok(self) };
-        if !other.estimate.termination.converged() || other.hemisphere_contradicted {
-            return Ok(self);
-        }
-        let [own, of_other] = [self.minus_log_likelihood(session)?, other.minus_log_likelihood(session)?];
-        let held = other.growth_of_holding(session, &declared, &blocks(&other.built.variables), environment)?;
-        let mut best = self.or_end(session, other)?;
-        let least = own.min(of_other);
-        // Noise that each end found for itself, of few readings, may let go where holding explains as well.
-        let as_declared = held.filter(|(_, growth)| of_other + growth - least < IMPLAUSIBLE);
-        best.elsewhere.extend(as_declared.map(|(state, _)| state));
-        Ok(best)
-    }
-
-    /// The likelier of two ends, with the other beside it where that is plausible.
-    pub(super) fn or_end(self, session: &Session, other: Solved) -> Result<Solved, EstimateError> {
-        let nominal = State::nominal(session);
-        let (here, there) = (self.state(&nominal), other.state(&nominal));
-        let gain = self.minus_log_likelihood(session)? - other.minus_log_likelihood(session)?;
-        let (mut best, second) = if gain > 0.0 { (self.replaced_by(other), here) } else { (self, there) };
-        best.elsewhere.extend((gain.abs() < IMPLAUSIBLE).then_some(second));
-        Ok(best)
-    }
-
-    /// Where some blocks are as in a state and the rest is best, and by how much ½ χ² is larger there, as if in one direction. Nothing
-    /// where that cannot be solved.
-    fn growth_of_holding(
-        &self,
-        session: &Session,
-        declared: &State,
-        blocks: &[BlockId],
-        environment: &SolveEnvironment<'_>,
-    ) -> Result<Option<(State, f64)>, EstimateError> {
-        let JointProblem { problem, initial, variables, .. } =
-            self.built.starting_at(session, declared).resting_at_start();
-        let held = problem.with_fixed(blocks, "as declared");
-        let Ok(there) = environment.within(ITERATIONS).solve(&held, &initial) else { return Ok(None) };
-        let growth = problem.without_reference().cost(&there.values)? - self.estimate.cost;
-        let growth = as_of_one_direction(growth.max(0.0), blocks.len(), self.freedom_of_found_noise(session));
-        Ok(Some((variables.state(&there.values, declared), growth)))
-    }
-
     /// Whether the readings seem to determine gravity, far from where it is declared to point; where nothing is declared but little determined,
     /// from that of an upright base.
     fn tells_gravity_far_from_declared(&self, session: &Session) -> bool {
@@ -196,6 +125,7 @@ fn solved_as_declared(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::joint::ends::other_ends::or_other_end;
     use crate::joint::{Signals, select};
     use crate::testing::{sarcos_shoulder, with_environment};
 
@@ -219,7 +149,7 @@ mod tests {
         let (session, solved) = declared_off(0.5);
         assert_eq!(solved.told_far_from_declared(&session), [(1, SensorParameter::PositionOffset)]);
         let found = solved.state(&State::nominal(&session)).sensors[1][3];
-        let looked = with_environment(|environment| solved.near_declared(&session, environment));
+        let looked = with_environment(|environment| or_other_end(solved, &session, environment));
         let looked = looked.unwrap().state(&State::nominal(&session)).sensors[1][3];
         assert!((looked - found).abs() < 1e-6, "{looked} {found}");
     }
@@ -241,46 +171,11 @@ mod tests {
                 let solved = solve(&session, &readings, None, environment)?;
                 assert_eq!(solved.tells_gravity_far_from_declared(&session), far);
                 let found = solved.state(&State::nominal(&session)).gravity;
-                let looked = solved.near_declared(&session, environment)?.state(&State::nominal(&session)).gravity;
+                let looked = or_other_end(solved, &session, environment)?.state(&State::nominal(&session)).gravity;
                 assert!((Vector3::from(looked) - Vector3::from(found)).norm() < 1e-6, "the base leans");
                 Ok::<_, EstimateError>(())
             })
             .unwrap();
         }
-    }
-
-    #[test]
-    fn the_lower_of_two_ends_is_the_solution_and_the_other_is_kept_where_it_is_plausible() {
-        let session = sarcos_shoulder().session(0);
-        let readings = select(&session, Signals::All);
-        with_environment(|environment| {
-            // The nominal offset is far off: no end holds it.
-            let looked = |solved: Solved| {
-                let offset = |variables: &VariableIndex| vec![variables.sensors[1][3]];
-                solved.or_from(&session, Ok(State::nominal(&session)), offset, environment)
-            };
-            let lowest = solve(&session, &readings, None, environment)?;
-            let least = lowest.minus_log_likelihood(&session)?;
-            let offset = |state: &State| state.sensors[1][SensorParameter::PositionOffset as usize];
-            // The solution, moved away from its minimum, costs more.
-            for (moved, plausible) in [(1e-3, true), (1e-2, false)] {
-                let mut other = solve(&session, &readings, None, environment)?;
-                let block = other.built.variables.sensors[1][SensorParameter::PositionOffset as usize];
-                other.estimate.values.set(block, &[other.estimate.values.scalar(block) + moved]);
-                other.estimate.cost = other.built.problem.cost(&other.estimate.values)?;
-                let apart = other.minus_log_likelihood(&session)? - least;
-                assert_eq!(apart < IMPLAUSIBLE, plausible, "{apart}");
-                let away = offset(&other.state(&State::nominal(&session)));
-                let looked = looked(other)?;
-                assert!((looked.minus_log_likelihood(&session)? - least).abs() < 1e-6);
-                let kept: Vec<f64> = looked.elsewhere.iter().map(offset).collect();
-                assert_eq!(kept, if plausible { vec![away] } else { Vec::new() });
-            }
-            // What leads to the same end is no other; it is as plausible.
-            let looked = looked(lowest)?;
-            assert!(looked.elsewhere.len() == 1 && (looked.minus_log_likelihood(&session)? - least).abs() < 1e-9);
-            Ok::<_, EstimateError>(())
-        })
-        .unwrap();
     }
 }

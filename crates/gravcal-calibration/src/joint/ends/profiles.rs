@@ -74,10 +74,8 @@ mod tests {
     use gravcal_session::simulation::{Disturbance, Run};
 
     use super::*;
-    use crate::joint::{Signals, select};
+    use crate::joint::{Signals, select, solve};
     use crate::testing::{sarcos_shoulder, with_environment};
-
-    use crate::joint::solving::solve::solve;
 
     /// A simulated arm whose joints sweep this far to either side, rad, with noise of so many counts: solved, and its profiles looked at.
     fn profiled(reach: f64, counts: f64) -> Solved {

@@ -10,7 +10,7 @@ use crate::joint::problem::JointProblem;
 use crate::joint::solved::{Nearby, Solved};
 use crate::joint::starting::gravity_free::gravity_free_joints;
 use crate::joint::variables::State;
-use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result};
+use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result, limits_of_use};
 use crate::result::GravityResult;
 
 /// Whether more than half of the free parameters are open.
@@ -45,6 +45,12 @@ impl Solved {
         judgement.leave_open(self.readings().unread_and_unknown(session));
         judgement.leave_open(self.on_bound(session));
         judgement
+    }
+
+    /// Column and limit of use of gravity and every parameter.
+    pub(in crate::joint) fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
+        let judged_at = (self.judged_problem(), &self.estimate.values);
+        limits_of_use(session, judged_at, &self.built.variables, &self.readings().spreads)
     }
 
     /// Parameters that have another value with gravity the other way up, where the readings do not tell which way that is.

@@ -4,3 +4,4 @@ pub(super) mod judged;
 pub(super) mod model_tests;
 pub(super) mod pose_blocks;
 pub(super) mod uncertainty;
+mod widening;

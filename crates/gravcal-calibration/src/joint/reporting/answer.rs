@@ -4,6 +4,7 @@ use gravcal_estimation::Termination;
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
+use crate::joint::ends::other_ends::or_other_end;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::reporting::payloads::payloads;
@@ -52,7 +53,7 @@ fn looked_at_by_one_method(
     let judge = environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok());
     let by_judge = judge.as_ref().map(|judge| environment.by(judge.as_ref()));
     let environment = by_judge.as_ref().unwrap_or(environment);
-    let solved = solved.near_declared(session, environment)?.or_mirrored_standing(session, environment)?;
+    let solved = or_other_end(solved, session, environment)?;
     environment.report("judging what is determined");
     solved.with_nearby(session, environment)?.with_profiles(session, environment)
 }
@@ -75,7 +76,7 @@ impl Answer {
         let unexplained = solved.unexplained_sizes(session)?;
         let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
         let (uncertainty, reported) = solved.chosen_uncertainty(session, misfit, environment)?;
-        let solved = Solved { uncertainty, ..solved }.widened(session);
+        let solved = Solved { uncertainty, ..solved }.widened_beyond_linear(session);
         let mut judgement = solved.judge(session);
         if solved.freedom_of_noise(session).is_some() {
             judgement.leave_unsaid(session.parameters().into_iter().map(Asked::from).chain([Asked::Gravity]));
@@ -83,7 +84,7 @@ impl Answer {
         environment.report("judging residuals");
         // What readings determine they determine; a term that the model lacks widens its interval.
         let ResidualTests { tests, moved } = residual_tests(session, &solved, &reported, wanted)?;
-        let solved = solved.widened_by(&moved);
+        let solved = solved.widened_by_missing_terms(&moved);
         Ok(Answer {
             gravity: judgement.determines(Asked::Gravity).then(|| solved.gravity(session)),
             parameters: report_parameters(session, &solved, &judgement),
