@@ -1,7 +1,7 @@
 //! What is determined of a solved joint problem, and gravity as it is told.
 
 use gravcal_estimation::statistics::{DECIDED, LinearFunction, stored_coordinates};
-use gravcal_estimation::{BlockId, Covariance, RankAnalysis, Values};
+use gravcal_estimation::{BlockId, Covariance, EvaluateError, RankAnalysis, Values};
 use gravcal_identification::judge;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
@@ -10,7 +10,7 @@ use crate::joint::problem::JointProblem;
 use crate::joint::solved::{Nearby, Solved};
 use crate::joint::starting::gravity_free::gravity_free_joints;
 use crate::joint::variables::State;
-use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result, limits_of_use};
+use crate::judgement::{Asked, Judgement, Situation, asked, explained, gravity_result, limits_of_use};
 use crate::result::GravityResult;
 
 /// Whether more than half of the free parameters are open.
@@ -45,6 +45,20 @@ impl Solved {
         judgement.leave_open(self.readings().unread_and_unknown(session));
         judgement.leave_open(self.on_bound(session));
         judgement
+    }
+
+    /// What is determined, as it is told: nothing where too few degrees of freedom are left to tell the size of the noise.
+    pub(in crate::joint) fn judge_for_report(&self, session: &Session) -> Judgement {
+        let mut judgement = self.judge(session);
+        if self.freedom_of_noise(session).is_some() {
+            judgement.leave_unsaid(session.parameters().into_iter().map(Asked::from).chain([Asked::Gravity]));
+        }
+        judgement
+    }
+
+    /// How many times worse than their stated noise the readings are explained, where that is no accident.
+    pub(in crate::joint) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
+        Ok(explained(session, self, self.least_chi_squared())?.misfit())
     }
 
     /// Column and limit of use of gravity and every parameter.

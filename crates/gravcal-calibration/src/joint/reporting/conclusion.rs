@@ -1,51 +1,53 @@
-//! What readings come to: the solution, what of it is determined, and what a reader must know of it, for reports and batches alike.
+//! What an answer is worth, and what a reader must know of it, for reports and batches alike.
 
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
-use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::mistakes::hypotheses::find_mistake;
-use crate::joint::reporting::answer::{Answer, Conclusion};
+use crate::joint::order::Order;
+use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::verdict::Findings;
-use crate::joint::reporting::report::report_termination;
-use crate::joint::variables::State;
-use crate::judgement::{TestsWanted, far_off};
+use crate::joint::solved::Solved;
+use crate::judgement::far_off;
 use crate::result::Verdict;
 
-/// Solves and judges the joint problem of these readings. `wanted`: which tests on residuals.
-///
-/// # Errors
-/// Where there is no answer at all; not converging is a verdict.
-pub(in crate::joint) fn conclude(
-    session: &Session,
-    readings: &MeasurementSet,
-    known: Option<&State>,
-    wanted: TestsWanted,
-    environment: &SolveEnvironment<'_>,
-) -> Result<Conclusion, EstimateError> {
-    let mut answer = Answer::of(session, readings, known, wanted, environment)?;
-    let mut findings = answer.looked_over(session, environment)?;
-    if environment.stopped() {
-        findings.doubt();
-        findings.reason_first([
-            "Stopped before all was looked over: other starting values and likely mistakes may not have been tried, \
-                                so that the numbers may be those of a local minimum. Calibrate again, and let it end."
-                .to_owned(),
-        ]);
+/// Said where there was no time for all.
+const STOPPED: &str = "Stopped before all was looked over: other starting values and likely mistakes may not have been tried, so that the \
+                       numbers may be those of a local minimum. Calibrate again, and let it end.";
+
+/// An answer, and what it is worth.
+pub(in crate::joint) struct Conclusion {
+    pub answer: Answer,
+    pub verdict: Verdict,
+    /// Why the solver ended, or why there is no answer to rely on.
+    pub termination: String,
+    /// Why the verdict is no better.
+    pub reasons: Vec<String>,
+    /// What else a reader must know before any number.
+    pub remarks: Vec<String>,
+}
+
+impl Conclusion {
+    /// What was found of an answer comes to a verdict. A failed one has no values.
+    pub fn of(session: &Session, mut answer: Answer, findings: Findings) -> Conclusion {
+        let verdict = findings.verdict(answer.is_complete(session));
+        if verdict == Verdict::Failed {
+            answer.withdraw_values();
+        }
+        let (failure, [reasons, remarks]) = findings.reported();
+        let termination = failure.unwrap_or_else(|| report_termination(&answer.solved));
+        Conclusion { answer, verdict, termination, reasons, remarks }
     }
-    let verdict = findings.verdict(answer.is_complete(session));
-    if verdict == Verdict::Failed {
-        answer.withdraw_values();
-    }
-    let (failure, [reasons, remarks]) = findings.reported();
-    let termination = failure.unwrap_or_else(|| report_termination(&answer.solved));
-    Ok(Conclusion { answer, verdict, termination, reasons, remarks })
 }
 
 impl Answer {
     /// What a reader must know of it before any number.
-    fn looked_over(&self, session: &Session, environment: &SolveEnvironment<'_>) -> Result<Findings, EstimateError> {
+    pub fn looked_over(
+        &self,
+        session: &Session,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Findings, EstimateError> {
         let mut findings = Findings::none(self.solved.estimate.termination.converged());
         if !self.explains_its_readings() || !far_off(session, &self.parameters).is_empty() {
             findings.doubt();
@@ -69,6 +71,26 @@ impl Answer {
         } else if self.contradiction(session)?.is_some() || noisy || excused {
             findings.reason_first(session.stuck_positions_remark());
         }
+        if environment.stopped() {
+            findings.doubt();
+            findings.reason_first([STOPPED.to_owned()]);
+        }
         Ok(findings)
+    }
+}
+
+/// Why the solver ended, in words.
+fn report_termination(solved: &Solved) -> String {
+    let termination = solved.estimate.termination;
+    let last = if termination.converged() { "the last" } else { "one" };
+    match &solved.readings().order {
+        Order::Together => termination.to_string(),
+        Order::StepByStep(steps) => {
+            format!("{} steps, each with the covariance of those before; {last} {termination}", steps.len())
+        }
+        Order::PoseByPose { .. } => {
+            let (first, all) = (solved.readings().first().poses(), solved.readings().poses());
+            format!("{first} poses together, then {} one by one; {last} {termination}", all - first)
+        }
     }
 }

@@ -10,7 +10,8 @@ use crate::joint::building::constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::model_tests::ModelTests;
 use crate::joint::order::Order;
-use crate::joint::reporting::answer::{Answer, Conclusion};
+use crate::joint::reporting::answer::Answer;
+use crate::joint::reporting::conclusion::Conclusion;
 use crate::joint::reporting::consistent::consistent_model;
 use crate::joint::reporting::notes::notes;
 use crate::joint::reporting::payloads::payloads;
@@ -20,9 +21,7 @@ use crate::judgement::{
     Asked, DeterminedMoment, Judgement, concerns, deflections, determined_moments, held, keep_determined, loss,
     outliers, position_errors, weak_combinations,
 };
-use crate::result::{
-    CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, SensorModelTest, Verdict,
-};
+use crate::result::{CovarianceResult, Detail, EstimatorResult, Fit, Iteration, SensorModelTest, Verdict};
 
 /// Tells a conclusion in words and numbers.
 pub(in crate::joint) fn report(
@@ -113,21 +112,6 @@ fn withdraw_all_but_parameters(result: &mut EstimatorResult) {
     result.uncertainty = None;
 }
 
-pub(in crate::joint) fn report_termination(solved: &Solved) -> String {
-    let termination = solved.estimate.termination;
-    let last = if termination.converged() { "the last" } else { "one" };
-    match &solved.readings().order {
-        Order::Together => termination.to_string(),
-        Order::StepByStep(steps) => {
-            format!("{} steps, each with the covariance of those before; {last} {termination}", steps.len())
-        }
-        Order::PoseByPose { .. } => {
-            let (first, all) = (solved.readings().first().poses(), solved.readings().poses());
-            format!("{first} poses together, then {} one by one; {last} {termination}", all - first)
-        }
-    }
-}
-
 /// Costs from start to end; of no meaning where every update has a cost of its own.
 fn report_trace(solved: &Solved) -> Vec<Iteration> {
     match solved.readings().order {
@@ -140,28 +124,6 @@ fn report_trace(solved: &Solved) -> Vec<Iteration> {
 fn report_iterates(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
     let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.built.variables.block(id)).collect();
     solved.estimate.iterates.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
-}
-
-pub(in crate::joint) fn report_parameters(
-    session: &Session,
-    solved: &Solved,
-    judgement: &Judgement,
-) -> Vec<ParameterResult> {
-    let mut parameters = Vec::new();
-    for parameter in session.parameters() {
-        let id = solved.built.variables.block(parameter);
-        let value = solved.estimate.values.scalar(id);
-        let mut reported = ParameterResult::blank(session, parameter);
-        reported.determined = judgement.determines(parameter) && reported.determined;
-        if reported.determined {
-            reported.value = Some(value);
-            reported.std = Some(solved.parameter_std(parameter));
-            let own: Vec<(usize, f64)> = solved.built.problem.columns_of(id).map(|column| (column, 1.0)).collect();
-            reported.ci95 = Some(solved.uncertainty.interval(value, &own));
-        }
-        parameters.push(reported);
-    }
-    parameters
 }
 
 /// Combinations of moments and placements. Where gravity's sign is open, so is the sign of all of them.

@@ -4,6 +4,6 @@ pub(super) mod fit;
 pub(super) mod groups;
 pub(super) mod in_order;
 pub(super) mod noise;
+pub(super) mod other_starts;
 pub(super) mod robust;
-pub(super) mod solve;
 pub(super) mod solve_from;

@@ -1,4 +1,4 @@
-//! Solving the joint problem: from the start that is likeliest to lead to the answer, and from others where that is doubtful.
+//! Other starts, where it is doubtful that the first one led to the answer.
 
 use gravcal_estimation::{EvaluateError, Termination};
 use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, Place, SolveEnvironment};
@@ -13,7 +13,7 @@ use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve_from::solve_from;
 use crate::joint::starting::sample::{Sample, thinned};
-use crate::joint::starting::start::{best_start, further_starts, start_around};
+use crate::joint::starting::start::{best_start, further_starts};
 use crate::joint::variables::State;
 use crate::judgement::explained;
 
@@ -26,47 +26,25 @@ const UNLIKELY: f64 = 0.1;
 /// Starts at most that each of the method's companions follows but for the first.
 const LAST_RESORT: usize = 3;
 
-/// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
-/// reading states is estimated from the residuals of each joint; the readings' loss is heeded.
+/// Whether other starts are worth it: the readings contradict the solution, excuse it by noise that was found there, or leave it mostly open.
 ///
 /// # Errors
-/// Where there is no answer at all; not converging is a [`gravcal_estimation::Termination`].
-pub fn solve(
-    session: &Session,
-    readings: &MeasurementSet,
-    known: Option<&State>,
-    environment: &SolveEnvironment<'_>,
-) -> Result<Solved, EstimateError> {
-    environment.report("starting values");
-    let sample = Sample::new(session, readings)?;
-    let start = match (&readings.order, known) {
-        (Order::Together, _) => best_start(session, &sample, known, environment)?,
-        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
-        // What fewer readings show need not be so for all.
-        _ => best_start(session, &Sample::new(session, &readings.first())?, known, environment)?,
-    };
-    let solved = solve_from(session, readings, start, environment)?;
-    let sample = sample.with_noise_of(session, solved.readings())?;
-    let solved = settled(session, solved, &sample, environment)?;
-    let stopped = solved.estimate.termination == Termination::Stopped;
-    let noise_is_found = solved.readings().noise_found(session) && readings.order == Order::Together;
-    let of_displacement = readings.order == Order::Together && gains_disagree(session, &solved);
-    let doubtful = noise_is_found
-        || of_displacement
+/// Where the problem cannot be evaluated there.
+pub(in crate::joint) fn is_doubtful(session: &Session, solved: &Solved) -> Result<bool, EvaluateError> {
+    if solved.estimate.termination == Termination::Stopped {
+        return Ok(false);
+    }
+    let together = solved.readings().order == Order::Together;
+    Ok(together && (solved.readings().noise_found(session) || gains_disagree(session, solved))
         || !solved.estimate.termination.converged()
         || solved.misfit(session)?.is_some()
-        || solved.is_hardly_explained(session)? && mostly_open(session, &solved.judge(session));
-    if doubtful && !stopped {
-        let readings = &readings.with_rough_unexplained(session);
-        return lowest_elsewhere(session, readings, &sample, solved, known, environment);
-    }
-    Ok(solved)
+        || solved.is_hardly_explained(session)? && mostly_open(session, &solved.judge(session)))
 }
 
 /// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
 /// found at a minimum excuses it. The method's first companion looks from where the first one began, as one that creeps along a bent valley is
 /// where the other goes through; from elsewhere the method itself, and the companions where that does not suffice.
-fn lowest_elsewhere(
+pub(in crate::joint) fn likeliest_of_other_starts(
     session: &Session,
     readings: &MeasurementSet,
     sample: &Sample,
@@ -75,6 +53,7 @@ fn lowest_elsewhere(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     environment.report("other starting values");
+    let readings = &readings.with_rough_unexplained(session);
     let mut companions = environment.solver().companions();
     companions.retain(|other| other.check(&solved.built.problem).is_ok());
     let companions: Vec<_> = companions.iter().map(|other| environment.by(other.as_ref())).collect();
@@ -168,11 +147,6 @@ impl Solved {
     fn is_hardly_explained(&self, session: &Session) -> Result<bool, EvaluateError> {
         Ok(explained(session, self, self.least_chi_squared())?.p_value.is_some_and(|p| p < UNLIKELY))
     }
-
-    /// How many times worse than their stated noise the readings are explained, where that is no accident.
-    pub(in crate::joint) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
-        Ok(explained(session, self, self.least_chi_squared())?.misfit())
-    }
 }
 
 #[cfg(test)]
@@ -183,7 +157,8 @@ mod tests {
 
     use super::*;
     use crate::joint::building::build::build_problem;
-    use crate::joint::{Signals, select};
+    use crate::joint::starting::start::start_around;
+    use crate::joint::{Signals, select, solve};
     use crate::testing::{sarcos_shoulder, with_environment};
 
     /// A shoulder, its readings, and its solution as declared.
@@ -236,7 +211,7 @@ mod tests {
             let sample = Sample::new(&session, &readings)?;
             let least = solved.estimate.cost;
             let image = image(&session, &solved, environment)?;
-            let found = lowest_elsewhere(&session, &readings, &sample, image, None, environment)?;
+            let found = likeliest_of_other_starts(&session, &readings, &sample, image, None, environment)?;
             let nominal = State::nominal(&session);
             assert_eq!(not_as_declared(&session, &found.state(&nominal)), 0);
             assert!((found.estimate.cost - least).abs() < 1e-3);
@@ -253,12 +228,12 @@ mod tests {
             let (session, readings, solved) = declared(environment)?;
             let sample = Sample::new(&session, &readings)?;
             let (least, values) = (solved.estimate.cost, solved.estimate.values.clone());
-            let stays = lowest_elsewhere(&session, &readings, &sample, solved, None, environment)?;
+            let stays = likeliest_of_other_starts(&session, &readings, &sample, solved, None, environment)?;
             assert_eq!(stays.estimate.values, values);
             let built = build_problem(&session, &readings, &State::nominal(&session))?;
             let nowhere = Solved::at_start(built)?;
             assert!(nowhere.estimate.cost > 2.0 * least);
-            let found = lowest_elsewhere(&session, &readings, &sample, nowhere, None, environment)?;
+            let found = likeliest_of_other_starts(&session, &readings, &sample, nowhere, None, environment)?;
             assert!(found.estimate.termination.converged() && (found.estimate.cost - least).abs() < 1e-3);
             Ok::<_, EstimateError>(())
         })

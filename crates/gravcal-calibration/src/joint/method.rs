@@ -1,0 +1,127 @@
+//! The joint estimator from readings to a verdict: the method, read from top to bottom.
+//!
+//! All unknowns `x` together explain every reading `y` once, as well as its noise `Σ` lets it be explained, with what is known beforehand as
+//! readings of its own (`building/`):
+//!
+//! ```text
+//!     x̂ = argmin ½ χ²(x),      χ²(x) = (y − f(x))ᵀ Σ⁻¹ (y − f(x)) + what knowledge costs
+//! ```
+//!
+//! χ² has many minima, of which some are images of each other; noise may be unknown; and readings may leave unknowns open. So the solution is
+//! looked for, then doubted, and only then judged. What is not determined has no value.
+//!
+//! | step | where | ends with |
+//! |---|---|---|
+//! | start | `starting/` | values of all unknowns, from a sample of the readings |
+//! | fit with noise | `solving/solve_from.rs` | a minimum, with the noise that no reading states |
+//! | images | `ends/symmetries/` | the one that is likelier, or as declared |
+//! | other starts | `solving/other_starts.rs`, `ends/other_ends.rs` | the likeliest end, and those that are about as likely |
+//! | rest, places nearby | `ends/resting.rs`, `ends/nearby.rs` | values that do not hang on where a fit ended; where readings say less |
+//! | profiles | `ends/profiles.rs` | how far values may be off where the problem is not linear |
+//! | uncertainty | `identifiability/uncertainty.rs`, `identifiability/widening.rs` | standard deviations |
+//! | judgement | `identifiability/judged.rs` | what is determined: of use by rank and standard deviation |
+//! | residual tests | `judgement/residual_tests/` | what the model lacks, and by how much that widens intervals |
+//! | findings, verdict | `reporting/conclusion.rs` | what a reader must know before any number |
+
+use gravcal_estimation::Termination;
+use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::session::Session;
+
+use crate::joint::ends::other_ends::or_other_end;
+use crate::joint::ends::symmetries::settled;
+use crate::joint::error::EstimateError;
+use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::order::Order;
+use crate::joint::reporting::answer::Answer;
+use crate::joint::reporting::conclusion::Conclusion;
+use crate::joint::solved::Solved;
+use crate::joint::solving::other_starts::{is_doubtful, likeliest_of_other_starts};
+use crate::joint::solving::solve_from::solve_from;
+use crate::joint::starting::sample::Sample;
+use crate::joint::starting::start::{best_start, start_around};
+use crate::joint::variables::State;
+use crate::judgement::{ResidualTests, TestsWanted, residual_tests};
+
+/// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
+/// reading states is estimated from the residuals of each joint; the readings' loss is heeded.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a [`Termination`].
+pub fn solve(
+    session: &Session,
+    readings: &MeasurementSet,
+    known: Option<&State>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    environment.report("starting values");
+    let sample = Sample::new(session, readings)?;
+    let start = match (&readings.order, known) {
+        (Order::Together, _) => best_start(session, &sample, known, environment)?,
+        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
+        // What fewer readings show need not be so for all.
+        _ => best_start(session, &Sample::new(session, &readings.first())?, known, environment)?,
+    };
+    let solved = solve_from(session, readings, start, environment)?;
+    let sample = sample.with_noise_of(session, solved.readings())?;
+    let solved = settled(session, solved, &sample, environment)?;
+    match is_doubtful(session, &solved)? {
+        true => likeliest_of_other_starts(session, readings, &sample, solved, known, environment),
+        false => Ok(solved),
+    }
+}
+
+/// The solution after a look at where else the truth may lie, and with what is known there. One method of minimisation looks, whichever found the
+/// solution: where the readings say next to nothing, methods end at different places of the same valley, and what is told must not depend on that.
+fn look_elsewhere(
+    solved: Solved,
+    session: &Session,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let judge = environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok());
+    let by_judge = judge.as_ref().map(|judge| environment.by(judge.as_ref()));
+    let environment = by_judge.as_ref().unwrap_or(environment);
+    let solved = or_other_end(solved, session, environment)?;
+    environment.report("judging what is determined");
+    solved.with_nearby(session, environment)?.with_profiles(session, environment)
+}
+
+/// The solution, with what is determined of it, and how well. `wanted`: which tests on residuals.
+///
+/// # Errors
+/// Where there is no answer at all.
+pub(super) fn answer(
+    session: &Session,
+    readings: &MeasurementSet,
+    known: Option<&State>,
+    wanted: TestsWanted,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Answer, EstimateError> {
+    let solved = solve(session, readings, known, environment)?;
+    let solved = look_elsewhere(solved, session, environment)?;
+    // What was stopped on its way explains the readings badly whatever the model.
+    let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
+    let (uncertainty, origin) = solved.chosen_uncertainty(session, misfit, environment)?;
+    let solved = Solved { uncertainty, ..solved }.widened_beyond_linear(session);
+    let judgement = solved.judge_for_report(session);
+    environment.report("judging residuals");
+    // What readings determine they determine; a term that the model lacks widens its interval.
+    let ResidualTests { tests, moved } = residual_tests(session, &solved, &origin, wanted)?;
+    let solved = solved.widened_by_missing_terms(&moved);
+    Answer::of(session, solved, judgement, misfit, (origin, tests))
+}
+
+/// The answer, and what it is worth.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a verdict.
+pub(super) fn conclude(
+    session: &Session,
+    readings: &MeasurementSet,
+    known: Option<&State>,
+    wanted: TestsWanted,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Conclusion, EstimateError> {
+    let answer = answer(session, readings, known, wanted, environment)?;
+    let findings = answer.looked_over(session, environment)?;
+    Ok(Conclusion::of(session, answer, findings))
+}
