@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::Manifold;
+use crate::manifold::Euclidean;
 
 /// Names a block of one [`Problem`](crate::Problem). Obtained from
 /// [`ProblemBuilder::add_block`](crate::ProblemBuilder::add_block).
@@ -25,8 +26,8 @@ pub struct Block {
     pub units: Vec<String>,
     /// Names of the components, such as `x`, `y`, `z`; for a block of one number, the empty string.
     pub components: Vec<String>,
-    /// Where the values live.
-    pub manifold: Manifold,
+    /// Where the values live; all of ℝⁿ without.
+    curved: Option<Arc<dyn Manifold>>,
     /// Why the block is fixed at its initial value, if it is.
     pub fixed: Option<String>,
     /// Whether it belongs to a few factors only, as the unknowns of one pose do: see [`Block::eliminated`].
@@ -42,7 +43,7 @@ impl Block {
             name: name.into(),
             units: vec![unit.into()],
             components: vec![String::new()],
-            manifold: Manifold::Euclidean,
+            curved: None,
             fixed: None,
             eliminated: false,
             linear: false,
@@ -55,17 +56,17 @@ impl Block {
             name: name.into(),
             units: vec![unit.to_owned(); components.len()],
             components: components.iter().map(|c| (*c).to_owned()).collect(),
-            manifold: Manifold::Euclidean,
+            curved: None,
             fixed: None,
             eliminated: false,
             linear: false,
         }
     }
 
-    /// The same block on another manifold.
+    /// The same block on a manifold, such as a [`Sphere`](crate::Sphere).
     #[must_use]
-    pub fn on(self, manifold: Manifold) -> Self {
-        Block { manifold, ..self }
+    pub fn on(self, manifold: impl Manifold + 'static) -> Self {
+        Block { curved: Some(Arc::new(manifold)), ..self }
     }
 
     /// The same block fixed at its initial value, for the stated reason.
@@ -87,6 +88,16 @@ impl Block {
         Block { linear: true, ..self }
     }
 
+    /// Where the values live.
+    pub fn manifold(&self) -> &dyn Manifold {
+        self.curved.as_deref().unwrap_or(&Euclidean)
+    }
+
+    /// Whether its values are all of ℝⁿ and a step is added to them: whether it is [on](Block::on) no manifold.
+    pub fn is_euclidean(&self) -> bool {
+        self.curved.is_none()
+    }
+
     /// How many numbers store the block.
     pub fn len(&self) -> usize {
         self.units.len()
@@ -99,7 +110,7 @@ impl Block {
 
     /// Dimension of a step of this block: zero where it is fixed.
     pub fn tangent_dimension(&self) -> usize {
-        if self.fixed.is_some() { 0 } else { self.manifold.tangent_dimension(self.len()) }
+        if self.fixed.is_some() { 0 } else { self.manifold().tangent_dimension(self.len()) }
     }
 
     /// Name of stored component `index`: `gravity.x`, or only the block's name where it is one number.

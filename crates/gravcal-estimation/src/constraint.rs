@@ -83,9 +83,9 @@ pub enum ConstraintKind {
         /// Largest length allowed; positive on one side of a plane only.
         at_most: Affine,
     },
-    /// `‖block‖ = length`: like [`Manifold::Sphere`](crate::Manifold::Sphere), but as an equation.
+    /// `‖block‖ = length`: like a [`Sphere`](crate::Sphere), but as an equation.
     Length {
-        /// The block, on [`Manifold::Euclidean`](crate::Manifold::Euclidean).
+        /// The block, on no manifold.
         block: BlockId,
         /// In the unit of the block, positive.
         length: f64,

@@ -6,8 +6,8 @@
 //!     minimise over x   ½ Σ_f  r_f(x)ᵀ Σ_f⁻¹ r_f(x),     r_f(x) = h_f(x) − y_f
 //! ```
 //!
-//! and judges its solution. `x` is a list of *blocks* (named groups of numbers with units, each on a
-//! [`Manifold`]); every term of the sum is a *factor*: a [`Residual`] in the unit of the reading, and its
+//! and judges its solution. `x` is a list of *blocks* (named groups of numbers with units, all of ℝⁿ or on
+//! a [`Manifold`]); every term of the sum is a *factor*: a [`Residual`] in the unit of the reading, and its
 //! [`Noise`].
 //!
 //! **Assumptions.** The noise is zero-mean with the stated covariance, factors are independent of each other, and
@@ -65,7 +65,7 @@ pub use identifiability::{Elimination, RankAnalysis, WeakDirection};
 pub use linearization::{Linearization, NormalEquations, StepInfo};
 pub use loss::{Loss, LossWidth};
 pub use loss_name::{LossName, UnknownLoss};
-pub use manifold::Manifold;
+pub use manifold::{Manifold, ManifoldMismatch, Rotation, Sphere, check_manifold};
 pub use noise::{Noise, NoiseError, Weights, Whitener};
 pub use parallel::in_parallel;
 pub use problem::{Column, Problem, ProblemBuilder, ProblemError};

@@ -11,7 +11,7 @@
 //! **It is no information.** Methods see it ([`Problem::cost`](crate::Problem::cost), [`Linearization`](crate::Linearization));
 //! residuals, weights, rank, covariance and what is passed on do not. What a user knows beforehand is a factor, and is judged.
 
-use crate::{BlockId, Manifold, Problem, Values};
+use crate::{BlockId, Problem, Values};
 
 /// Centre and width for some of a problem's numbers.
 #[derive(Clone, Debug)]
@@ -29,7 +29,7 @@ impl Reference {
     }
 
     /// The same that lets each number of a block vary by its `std`, in the number's unit. Numbers whose `std` is zero, infinite or no
-    /// number are left alone, and so are blocks that are eliminated or live on a sphere.
+    /// number are left alone, and so are blocks that are eliminated or on a manifold.
     #[must_use]
     pub fn with(mut self, id: BlockId, std: &[f64]) -> Reference {
         let start = self.center.offsets[id.index()];
@@ -81,7 +81,7 @@ impl Pull {
     fn to(reference: &Reference, problem: &Problem, values: &Values) -> Pull {
         let free = problem.block_ids().filter(|id| {
             let block = problem.block(*id);
-            !block.eliminated && block.manifold == Manifold::Euclidean
+            !block.eliminated && block.is_euclidean()
         });
         let of_block = |id: BlockId| {
             let start = values.offsets[id.index()];

@@ -24,7 +24,7 @@
 //!
 //! Why it is so, and what was tried: `docs/decisions/truth-is-not-the-estimate.md`.
 
-use gravcal_estimation::{EvaluateError, Manifold, Problem, Reference, Values};
+use gravcal_estimation::{Column, EvaluateError, Problem, Reference, Values};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, Normal};
 
@@ -112,10 +112,8 @@ pub fn as_of_one_direction(growth: f64, directions: usize, freedom: Option<f64>)
 
 /// Columns of directions, of which nobody can be farther off than about a radian, and what this is in their unit.
 fn directions(problem: &Problem) -> impl Iterator<Item = (usize, f64)> {
-    problem.columns().iter().enumerate().filter_map(|(column, of)| match problem.block(of.block).manifold {
-        Manifold::Sphere { radius } => Some((column, radius)),
-        Manifold::Euclidean => None,
-    })
+    let radian = |(column, of): (usize, &Column)| Some((column, problem.block(of.block).manifold().radian()?));
+    problem.columns().iter().enumerate().filter_map(radian)
 }
 
 /// What a step of one is by each column: a limit of use of what is asked for, what is plausible of the rest.

@@ -31,8 +31,7 @@ mod start;
 mod step;
 
 use gravcal_estimation::{
-    BlockId, Constraint, ConstraintKind, Estimate, Manifold, Problem, SolveContext, SolveError, Solver, Unsupported,
-    Values,
+    BlockId, Constraint, ConstraintKind, Estimate, Problem, SolveContext, SolveError, Solver, Unsupported, Values,
 };
 use serde::Deserialize;
 
@@ -108,7 +107,8 @@ impl Descent for Clarabel {
 fn not_convex(problem: &Problem, constraint: &Constraint) -> Option<String> {
     let Constraint { name, kind } = constraint;
     let free = |id: &BlockId| !problem.columns_of(*id).is_empty();
-    let curved = |id: &BlockId| free(id) && problem.block(*id).manifold != Manifold::Euclidean;
+    let curved = |id: &BlockId| free(id) && !problem.block(*id).is_euclidean();
+    let manifold = |id: &BlockId| problem.block(*id).manifold().name();
     let of_length = |id: &BlockId, other: &Constraint| {
         matches!(other.kind, ConstraintKind::Length { block, .. } if block == *id) && other != constraint && free(id)
     };
@@ -116,13 +116,18 @@ fn not_convex(problem: &Problem, constraint: &Constraint) -> Option<String> {
         let block = &problem.block(*id).name;
         match (kind, problem.constraints().iter().find(|other| of_length(id, other))) {
             (ConstraintKind::Length { .. }, _) if curved(id) => Some(format!(
-                "`{name}` fixes the length of `{block}`, whose manifold already does: drop one of the two"
+                "`{name}` fixes the length of `{block}`, which is on a manifold ({}): drop one of the two",
+                manifold(id)
             )),
             (ConstraintKind::Length { .. }, Some(other)) => {
                 Some(format!("`{name}` and `{}` both fix the length of `{block}`: drop one of them", other.name))
             }
             (_, Some(_)) => Some(fixed_length(name, block)),
-            _ if curved(id) => Some(fixed_length(name, block)),
+            _ if curved(id) => Some(format!(
+                "`{name}` reads `{block}`, which is on a manifold ({}): what obeys both is not convex; drop the constraint, \
+                 or let a residual measure what the manifold fixes",
+                manifold(id)
+            )),
             _ => None,
         }
     })

@@ -31,9 +31,7 @@
 //! residuals in every linear solve: the cost found must be the cost foretold. Combinations of `c` that the data do not
 //! determine stay where they are. Robust losses are refused: with them the linear problem is none.
 
-use gravcal_estimation::{
-    Estimate, Loss, Manifold, Problem, SolveContext, SolveError, Solver, Termination, Unsupported, Values,
-};
+use gravcal_estimation::{Estimate, Loss, Problem, SolveContext, SolveError, Solver, Termination, Unsupported, Values};
 use serde::{Deserialize, Serialize};
 
 use crate::damping::Damping;
@@ -96,8 +94,9 @@ fn fault(problem: &Problem) -> Option<String> {
     if linear.peek().is_none() {
         return Some("no free block is marked as linear: levenberg-marquardt needs no such mark".into());
     }
-    if let Some(block) = linear.find(|block| block.manifold != Manifold::Euclidean) {
-        return Some(format!("`{}` is marked as linear, but lives on a curved manifold", block.name));
+    if let Some(block) = linear.find(|block| !block.is_euclidean()) {
+        let manifold = block.manifold().name();
+        return Some(format!("`{}` is marked as linear, but lives on a curved manifold ({manifold})", block.name));
     }
     let robust = problem.factors().iter().any(|factor| factor.loss != Loss::None);
     robust.then(|| "it has robust losses, so that no block is linear: levenberg-marquardt can take them".into())
@@ -192,7 +191,7 @@ fn scaling(linear: &LinearPart, here: &Point<'_>, lambda: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use gravcal_estimation::{Block, EvaluateError, Factor};
+    use gravcal_estimation::{Block, EvaluateError, Factor, Sphere};
 
     use super::*;
     use crate::LevenbergMarquardt;
@@ -263,13 +262,13 @@ mod tests {
         let held = built(vec![(held.fixed("known"), start), scalar("c", -7.0)], 4, line);
         assert!(refusal(&held).contains("no free block is marked as linear"));
 
-        let on_sphere = Block::vector("g", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 1.0 }).linear();
+        let on_sphere = Block::vector("g", "", &["x", "y", "z"]).on(Sphere { radius: 1.0 }).linear();
         let curved = built(vec![(on_sphere, vec![0.0, 0.0, 1.0])], 1, |x, r, j| {
             r[0] = x[0] - 1.0;
             j[0] = 1.0;
             Ok(())
         });
-        assert!(refusal(&curved).contains("`g` is marked as linear, but lives on a curved manifold"));
+        assert!(refusal(&curved).contains("`g` is marked as linear, but lives on a curved manifold (sphere)"));
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //! knowledge of them would not hold at another scale.
 
 use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
-use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, RankAnalysis, Values, sparse_basis};
+use gravcal_estimation::{BlockId, Covariance, Problem, RankAnalysis, Values, sparse_basis};
 use gravcal_robot_model::parameter::SensorParameter;
 
 use crate::joint::VariableIndex;
@@ -43,7 +43,7 @@ pub(crate) fn determined_moments(
     placements.sort_unstable();
     placements.dedup();
     let (on_sphere, euclidean): (Vec<BlockId>, Vec<BlockId>) =
-        placements.into_iter().partition(|id| problem.block(*id).manifold != Manifold::Euclidean);
+        placements.into_iter().partition(|id| !problem.block(*id).is_euclidean());
     // A rotor inertia that is determined is told by itself.
     let rotors = variables.rotors.iter().filter(|id| problem.columns_of(**id).any(|column| open.contains(&column)));
     let of_motion: Vec<BlockId> = variables.tensors.iter().chain(rotors).copied().collect();

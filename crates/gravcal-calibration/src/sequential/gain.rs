@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
+use gravcal_estimation::{Block, BlockId, Factor, Noise, Sphere};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::axis_frames::AxisFrames;
 use gravcal_robot_model::parameter::SensorParameter;
@@ -262,7 +262,7 @@ impl Step<'_> {
         for (number, (posture, displacement)) in given.differences.iter().zip(&start.displacements).enumerate() {
             let Some(displacement) = displacement else { continue };
             let on_sphere = Block::vector(format!("displacement{number}"), "m", &["x", "y", "z"])
-                .on(Manifold::Sphere { radius: given.distance });
+                .on(Sphere { radius: given.distance });
             let displacement = step.builder.add_block(on_sphere, displacement.as_slice());
             let positions = positions.clone();
             let blocks = LoadDifferenceBlocks { gravity, positions, swept_gain, torque_gain, displacement };

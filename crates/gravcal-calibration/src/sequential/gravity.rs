@@ -1,6 +1,6 @@
 //! Step 2: gravity in base coordinates from sweeps of joint 2 at several positions of joint 1 (paper, section 2.2).
 
-use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
+use gravcal_estimation::{Block, BlockId, Factor, Noise, Sphere};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::axis_frames::AxisFrames;
 use gravcal_robot_model::parameter::SensorParameter;
@@ -163,7 +163,7 @@ impl Step<'_> {
     ) -> Result<(StepFit, BlockId), Missing> {
         let magnitude = self.session.gravity.magnitude;
         let mut step = StepProblem::default();
-        let on_sphere = Block::vector("gravity", "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: magnitude });
+        let on_sphere = Block::vector("gravity", "m/s²", &["x", "y", "z"]).on(Sphere { radius: magnitude });
         let gravity = step.builder.add_block(on_sphere, (magnitude * start.direction).as_slice());
         let mut frozen = |name: &str, value: f64, joint: usize, quantity: SensorParameter| {
             step.freeze(Block::scalar(name, ""), &[value], place(joint, quantity))

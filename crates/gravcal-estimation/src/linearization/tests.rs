@@ -5,8 +5,8 @@ use std::ops::Range;
 use super::{Linearization, Normal, Orthogonal};
 use crate::testing::Line;
 use crate::{
-    Block, BlockId, EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, Problem, ProblemBuilder, Residual,
-    RowsMut, Values,
+    Automatic, Block, BlockId, EvaluateError, Factor, Formula, LocalNumbers, LocalValues, Loss, Noise, Number, Problem,
+    ProblemBuilder, Residual, Rotation, RowsMut, Sphere, Values,
 };
 
 /// Two readings of a pose whose angle is only known to be near `angle`: `a sin φ + v·(φ, 1, 0)` and
@@ -84,7 +84,7 @@ impl Residual for NearZero {
 pub(crate) fn problem(poses: usize, eliminated: bool) -> (Problem, Values) {
     let mut builder = ProblemBuilder::new();
     let a = builder.add_block(Block::scalar("a", ""), &[1.3]);
-    let v = Block::vector("v", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 2.0 });
+    let v = Block::vector("v", "", &["x", "y", "z"]).on(Sphere { radius: 2.0 });
     let v = builder.add_block(v, &[2.0 / 3.0, -4.0 / 3.0, 4.0 / 3.0]);
     let b = builder.add_block(Block::scalar("b", ""), &[0.4]);
     for pose in 0..poses {
@@ -145,6 +145,68 @@ fn normal_equations_and_orthogonal_factorization_agree_with_and_without_eliminat
     assert_same(&mut reference, &mut Normal::new(&short_eliminated, &short_values).unwrap());
     assert_same(&mut reference, &mut Orthogonal::new(&short_eliminated, &short_values).unwrap());
     let mut reference = Normal::new(&plain, &values).unwrap();
+    assert_same(&mut reference, &mut Normal::new(&eliminated, &values).unwrap());
+    assert_same(&mut reference, &mut Orthogonal::new(&eliminated, &values).unwrap());
+}
+
+/// `Rᵀ v` of a pose that is turned by `R`, times a gain, less what `v` is for the gain of one.
+#[derive(Debug)]
+struct Turned {
+    blocks: [BlockId; 3],
+}
+
+impl Formula for Turned {
+    fn blocks(&self) -> &[BlockId] {
+        &self.blocks
+    }
+
+    fn len(&self) -> usize {
+        3
+    }
+
+    fn evaluate<N: Number>(&self, x: LocalNumbers<'_, N>, residual: &mut [N]) -> Result<(), EvaluateError> {
+        let (gain, v) = (x.scalar(0), x.block(1));
+        let [w, a, b, c] = [0, 1, 2, 3].map(|k| x.block(2)[k]);
+        let turned = [
+            (w * w + a * a - b * b - c * c) * v[0] + ((a * b + w * c) * v[1] + (a * c - w * b) * v[2]) * 2.0,
+            (w * w - a * a + b * b - c * c) * v[1] + ((a * b - w * c) * v[0] + (b * c + w * a) * v[2]) * 2.0,
+            (w * w - a * a - b * b + c * c) * v[2] + ((a * c + w * b) * v[0] + (b * c - w * a) * v[1]) * 2.0,
+        ];
+        (0..3).for_each(|row| residual[row] = gain * turned[row] - self.blocks[2].index() as f64 * 0.1);
+        Ok(())
+    }
+}
+
+/// Poses that are turned by rotations near none, marked eliminated or not.
+fn turned_poses(poses: usize, eliminated: bool) -> (Problem, Values) {
+    let mut builder = ProblemBuilder::new();
+    let gain = builder.add_block(Block::scalar("gain", ""), &[1.1]);
+    let v = Block::vector("v", "", &["x", "y", "z"]).on(Sphere { radius: 3.0 });
+    let v = builder.add_block(v, &[1.0, -2.0, 2.0]);
+    for pose in 0..poses {
+        let rotation = Block::vector(format!("pose{pose}"), "", &["w", "x", "y", "z"]).on(Rotation);
+        let rotation = if eliminated { rotation.eliminated() } else { rotation };
+        let angle = 0.3 * pose as f64;
+        let rotation = builder.add_block(rotation, &[angle.cos(), 0.6 * angle.sin(), 0.0, 0.8 * angle.sin()]);
+        let noise = Noise::independent(&[0.1, 0.2, 0.1]).unwrap();
+        builder.add_factor(Factor::new(Automatic(Turned { blocks: [gain, v, rotation] }), noise));
+        for (component, reading) in [1.0, 0.0, 0.0, 0.0].into_iter().enumerate() {
+            let mut coefficients = [0.0; 4];
+            coefficients[component] = 1.0;
+            let known = Line::new(&[rotation], &coefficients, reading);
+            builder.add_factor(Factor::new(known, Noise::independent(&[0.3]).unwrap()));
+        }
+    }
+    builder.build().unwrap()
+}
+
+#[test]
+fn a_rotation_of_each_pose_is_eliminated_as_any_other_block() {
+    let (plain, values) = turned_poses(9, false);
+    let (eliminated, _) = turned_poses(9, true);
+    assert_eq!((eliminated.structure().components.len(), plain.columns().len()), (9, 1 + 2 + 9 * 3));
+    let mut reference = Orthogonal::new(&plain, &values).unwrap();
+    assert_same(&mut reference, &mut Normal::new(&plain, &values).unwrap());
     assert_same(&mut reference, &mut Normal::new(&eliminated, &values).unwrap());
     assert_same(&mut reference, &mut Orthogonal::new(&eliminated, &values).unwrap());
 }

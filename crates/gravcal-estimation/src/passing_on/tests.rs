@@ -3,8 +3,8 @@
 use super::*;
 use crate::testing::{Line, Newton};
 use crate::{
-    Block, BlockId, EvaluateError, LocalValues, Manifold, Noise, Problem, ProblemBuilder, Residual, RowsMut,
-    SolveContext, Solver, check_derivatives,
+    Block, BlockId, EvaluateError, LocalValues, Noise, Problem, ProblemBuilder, Residual, RowsMut, SolveContext,
+    Solver, Sphere, check_derivatives,
 };
 
 const UNREAD: &str = "not read yet";
@@ -127,7 +127,7 @@ fn what_is_linearized_is_right_where_everything_was_determined() {
 #[test]
 fn what_is_linearized_knows_as_much() {
     let mut builder = ProblemBuilder::new();
-    let sphere = Block::vector("g", "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: 5.0 });
+    let sphere = Block::vector("g", "m/s²", &["x", "y", "z"]).on(Sphere { radius: 5.0 });
     let blocks = [builder.add_block(sphere, &[3.0, 0.0, 4.0]), builder.add_block(Block::scalar("a", ""), &[2.0])];
     for (coefficients, reading) in
         [([1.0, 2.0, 0.0, 1.0], 4.9), ([0.0, 1.0, 1.0, -1.0], 2.2), ([1.0, 0.0, -1.0, 2.0], 3.1)]

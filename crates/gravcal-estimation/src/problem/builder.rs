@@ -98,7 +98,7 @@ fn names(problem: &Problem, factor: &Factor) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{EvaluateError, LocalValues, Loss, Manifold, Noise, Residual, RowsMut};
+    use crate::{EvaluateError, LocalValues, Loss, Noise, Residual, RowsMut, Sphere};
 
     /// `x − 1`, with a choice of mistakes.
     #[derive(Debug)]
@@ -189,16 +189,16 @@ mod tests {
             "`v` has no numbers: give it components, or leave it away"
         );
         let sphere = |components: &[&str], radius: f64| {
-            let on = Block::vector("v", "m", components).on(Manifold::Sphere { radius });
+            let on = Block::vector("v", "m", components).on(Sphere { radius });
             block(on, &vec![1.0; components.len()])
         };
         for radius in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
             let reported =
-                format!("`v` has 3 numbers on a sphere of radius {radius}: it takes 3, and a radius that is");
-            assert!(sphere(&["x", "y", "z"], radius).starts_with(&reported));
+                format!("of `v` lies on no sphere of radius {radius}: that takes 3 numbers, and a radius that is");
+            assert!(sphere(&["x", "y", "z"], radius).contains(&reported));
         }
         for components in [&["x"][..], &["x", "y"], &["x", "y", "z", "w"]] {
-            assert!(sphere(components, 1.0).starts_with(&format!("`v` has {} numbers", components.len())));
+            assert!(sphere(components, 1.0).contains("of `v` lies on no sphere of radius 1: that takes 3 numbers"));
         }
         let constraints = |names: [&str; 2]| {
             refusal(|builder| {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use thiserror::Error;
 
-use crate::{Block, BlockId, Constraint, ConstraintError, Factor, LossWidth, Manifold, Values};
+use crate::{Block, BlockId, Constraint, ConstraintError, Factor, LossWidth, Values};
 
 /// Something that makes a problem unanswerable.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -28,18 +28,6 @@ pub enum ProblemError {
     /// Two constraints of one name.
     #[error("two constraints are named `{0}`")]
     DuplicateConstraint(String),
-    /// A sphere that is none.
-    #[error(
-        "`{block}` has {numbers} numbers on a sphere of radius {radius}: it takes 3, and a radius that is positive and finite"
-    )]
-    Sphere {
-        /// The block.
-        block: String,
-        /// How many numbers it stores.
-        numbers: usize,
-        /// The radius that it states.
-        radius: f64,
-    },
     /// Two blocks of one name.
     #[error("two blocks are named `{0}`")]
     DuplicateName(String),
@@ -51,7 +39,7 @@ pub enum ProblemError {
         /// Its value.
         value: Vec<f64>,
         /// What is wrong with it.
-        reason: &'static str,
+        reason: String,
     },
     /// A factor without a residual.
     #[error("factor {0} has no residuals: leave it away")]
@@ -125,18 +113,9 @@ pub(super) fn check_blocks(blocks: &[Block], initial: &Values) -> Result<(), Pro
         let value = initial.get(BlockId(index as u32));
         let refuse = |reason| ProblemError::Initial { block: block.name.clone(), value: value.to_vec(), reason };
         if value.iter().any(|v| !v.is_finite()) {
-            return Err(refuse("is not finite"));
+            return Err(refuse("is not finite".into()));
         }
-        if let Manifold::Sphere { radius } = block.manifold {
-            let (name, numbers) = (block.name.clone(), block.len());
-            if numbers != 3 || !(radius.is_finite() && radius > 0.0) {
-                return Err(ProblemError::Sphere { block: name, numbers, radius });
-            }
-            let norm = value.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if (norm - radius).abs() > 1e-9 * radius {
-                return Err(refuse("does not have the length of its sphere"));
-            }
-        }
+        block.manifold().check(value).map_err(refuse)?;
     }
     Ok(())
 }

@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::basis::Basis;
+use super::structure::Shape;
 use super::{Place, Problem, RowPlan, Structure};
 use crate::batch::evaluate_batch;
 use crate::noise::Weights;
 use crate::reference::Pull;
-use crate::{EvaluateError, Factor, LANES, LocalValues, Loss, Noise, RowsMut, Values};
+use crate::{BlockId, EvaluateError, Factor, LANES, LocalValues, Loss, Noise, RowsMut, Values};
 
 /// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
 const FACTORS_PER_BATCH: usize = 64;
@@ -63,7 +65,7 @@ impl Problem {
 
     /// The values that a factor reads, by name.
     fn reported_at(&self, factor: usize, values: &Values) -> String {
-        let reported = |id: &crate::BlockId| format!("{} = {:?}", self.block(*id).name, values.get(*id));
+        let reported = |id: &BlockId| format!("{} = {:?}", self.block(*id).name, values.get(*id));
         let at: Vec<String> = self.factors[factor].residual.blocks().iter().map(reported).collect();
         at.join(", ")
     }
@@ -232,14 +234,18 @@ pub(crate) struct Rows<'a> {
     residual_lanes: Vec<[f64; LANES]>,
     /// Factors that are still to be applied to each row of the Jacobian and to its residual.
     scales: Vec<(f64, f64)>,
-    /// Tangent basis of each shared block on a sphere.
-    bases: Vec<Option<[f64; 6]>>,
+    /// Tangent basis of each shared block on a manifold.
+    bases: Vec<Basis>,
+    /// The same of the eliminated ones that the factor reads which was linearized last.
+    eliminated_bases: Vec<Basis>,
+    /// What a manifold writes to.
+    basis_rows: Vec<f64>,
 }
 
 impl<'a> Rows<'a> {
     pub fn new(problem: &'a Problem, values: &'a Values) -> Self {
         let buffer = Vec::new;
-        let bases = problem.structure.spheres.iter().map(|id| problem.block(*id).manifold.basis(values.get(*id)));
+        let bases = problem.structure.curved.iter().map(|id| Basis::of(problem.block(*id), values.get(*id)));
         Rows {
             problem,
             values,
@@ -254,6 +260,8 @@ impl<'a> Rows<'a> {
             residual_lanes: Vec::new(),
             scales: Vec::new(),
             bases: bases.collect(),
+            eliminated_bases: Vec::new(),
+            basis_rows: Vec::new(),
         }
     }
 
@@ -282,6 +290,17 @@ impl<'a> Rows<'a> {
         factors.iter().zip(own).map(|(factor, own)| self.problem.factors[*factor].cost(own))
     }
 
+    /// Loads the bases of the eliminated blocks on manifolds that a factor reads.
+    fn load_eliminated_bases(&mut self, factor: usize) {
+        let (problem, values) = (self.problem, self.values);
+        let places = &problem.shape_of(factor).eliminated_curved;
+        self.eliminated_bases.resize_with(places.len().max(self.eliminated_bases.len()), Basis::default);
+        for (basis, place) in self.eliminated_bases.iter_mut().zip(places) {
+            let id = problem.factors[factor].residual.blocks()[*place];
+            basis.load(problem.block(id), values.get(id), &mut self.basis_rows);
+        }
+    }
+
     fn evaluate(&mut self, factor: usize) -> Result<(), EvaluateError> {
         self.load_values(factor);
         let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
@@ -295,6 +314,7 @@ impl<'a> Rows<'a> {
     /// Loads the whitened rows `[J r]` of a factor, with its loss if `with_loss`, and gives its cost.
     pub fn linearize(&mut self, factor: usize, with_loss: bool) -> Result<f64, EvaluateError> {
         self.load_values(factor);
+        self.load_eliminated_bases(factor);
         let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
         let offsets = &self.problem.shape_of(factor).local_offsets;
         let width = offsets[offsets.len() - 1];
@@ -409,9 +429,9 @@ impl<'a> Rows<'a> {
         std::array::from_fn(|lane| self.residual(lane * rows + row))
     }
 
-    /// Two tangent columns of a sphere, from the stored ones of a row of batched factors.
-    pub fn tangent_lanes(&self, sphere: usize, stored: &[[f64; LANES]]) -> [[f64; LANES]; 2] {
-        self.bases[sphere].map_or([stored[0], stored[1]], |basis| tangent_lanes(stored, &basis))
+    /// The tangent basis of a shared block on a manifold, by its place among [`Structure::curved`].
+    pub fn basis(&self, curved: usize) -> &Basis {
+        &self.bases[curved]
     }
 
     /// One stored column of a row of the one factor that is loaded.
@@ -439,9 +459,11 @@ impl<'a> Rows<'a> {
         let mut at = 0;
         for piece in &plan.pieces {
             let stored = &local[piece.from..];
-            match piece.sphere.and_then(|sphere| self.bases[sphere]) {
+            match piece.curved {
                 None => spread_lanes(&stored[..piece.length], &scales, at, &mut out),
-                Some(basis) => spread_lanes(&tangent_lanes(stored, &basis), &scales, at, &mut out),
+                Some(curved) => (0..piece.length).for_each(|index| {
+                    spread_lanes(&[self.bases[curved].along_lanes(index, stored)], &scales, at + index, &mut out);
+                }),
             }
             at += piece.length;
         }
@@ -452,14 +474,13 @@ impl<'a> Rows<'a> {
         let (scale, local) = (self.scales[row].0, self.local_row(row));
         for piece in &plan.pieces {
             let (own, rest) = out.split_at_mut(piece.length);
-            match piece.sphere {
-                None => own.iter_mut().zip(&local[piece.from..]).for_each(|(out, v)| *out = scale * v),
-                Some(sphere) => {
-                    let mut own = own.iter_mut();
-                    project(self.bases[sphere], &local[piece.from..], |v| {
-                        own.next().into_iter().for_each(|out| *out = scale * v);
-                    });
-                }
+            let stored = &local[piece.from..];
+            match piece.curved {
+                None => own.iter_mut().zip(stored).for_each(|(out, v)| *out = scale * v),
+                Some(curved) => own
+                    .iter_mut()
+                    .enumerate()
+                    .for_each(|(index, out)| *out = scale * self.bases[curved].along(index, stored)),
             }
             out = rest;
         }
@@ -500,16 +521,25 @@ impl<'a> Rows<'a> {
     /// Calls `found(column, entry)` for what numbers over a factor's stored columns are over the tangent columns of its free blocks.
     fn for_tangent(&self, factor: usize, local: &[f64], mut found: impl FnMut(usize, f64)) {
         let problem = self.problem;
-        let offsets = &problem.shape_of(factor).local_offsets;
-        for (id, from) in problem.factors[factor].residual.blocks().iter().zip(offsets) {
-            let mut columns = problem.columns_of(*id);
-            let stored = problem.block(*id).len();
-            if !columns.is_empty() {
-                let basis = problem.block(*id).manifold.basis(self.values.get(*id));
-                project(basis, &local[*from..*from + stored], |entry| {
-                    columns.next().into_iter().for_each(|column| found(column, entry));
-                });
+        let shape = problem.shape_of(factor);
+        let blocks = problem.factors[factor].residual.blocks();
+        for (place, (id, from)) in blocks.iter().zip(&shape.local_offsets).enumerate() {
+            let columns = problem.columns_of(*id);
+            let stored = &local[*from..];
+            if problem.block(*id).is_euclidean() {
+                columns.zip(stored).for_each(|(column, entry)| found(column, *entry));
+            } else {
+                let basis = self.basis_of(shape, place, *id);
+                columns.enumerate().for_each(|(index, column)| found(column, basis.along(index, stored)));
             }
+        }
+    }
+
+    /// The tangent basis of a block on a manifold that the factor reads, in this place, which was linearized last.
+    fn basis_of(&self, shape: &Shape, place: usize, id: BlockId) -> &Basis {
+        match shape.eliminated_curved.binary_search(&place) {
+            Ok(eliminated) => &self.eliminated_bases[eliminated],
+            Err(_) => &self.bases[self.problem.structure.curved.partition_point(|curved| *curved < id)],
         }
     }
 
@@ -547,19 +577,5 @@ fn spread_lanes(lanes: &[[f64; LANES]], scales: &[f64; LANES], at: usize, out: &
         b[k] = scales[1] * lanes[1];
         c[k] = scales[2] * lanes[2];
         d[k] = scales[3] * lanes[3];
-    }
-}
-
-/// Stored columns of batched factors as tangent ones.
-fn tangent_lanes(stored: &[[f64; LANES]], basis: &[f64; 6]) -> [[f64; LANES]; 2] {
-    let along = |t: usize, lane: usize| (0..3).map(|s| stored[s][lane] * basis[s * 2 + t]).sum();
-    std::array::from_fn(|t| std::array::from_fn(|lane| along(t, lane)))
-}
-
-/// Stored columns as tangent ones.
-fn project(basis: Option<[f64; 6]>, stored: &[f64], mut found: impl FnMut(f64)) {
-    match basis {
-        None => stored.iter().for_each(|v| found(*v)),
-        Some(basis) => (0..2).for_each(|t| found((0..3).map(|s| stored[s] * basis[s * 2 + t]).sum())),
     }
 }

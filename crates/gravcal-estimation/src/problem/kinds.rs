@@ -132,7 +132,8 @@ impl Kind {
     }
 }
 
-/// The pieces of a row, cut where their columns do not follow each other in `order`. Both columns of a sphere do: no row touches one alone.
+/// The pieces of a row, cut where their columns do not follow each other in `order`. All columns of a block on a manifold do: no row touches
+/// some alone.
 fn runs(plan: &RowPlan, order: &[usize]) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut columns = plan.columns.iter();
@@ -142,7 +143,7 @@ fn runs(plan: &RowPlan, order: &[usize]) -> Vec<Run> {
             match runs.last_mut() {
                 Some(run) if index > 0 && run.place + run.piece.length == place => run.piece.length += 1,
                 _ => {
-                    let piece = Piece { from: piece.from + index, length: 1, sphere: piece.sphere };
+                    let piece = Piece { from: piece.from + index, length: 1, curved: piece.curved };
                     runs.push(Run { piece, place });
                 }
             }

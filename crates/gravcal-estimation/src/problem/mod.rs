@@ -1,5 +1,6 @@
 //! The problem: blocks and factors, immutable once built. It only holds and evaluates; solving is elsewhere.
 
+mod basis;
 mod builder;
 mod check;
 mod evaluate;
@@ -267,7 +268,7 @@ impl Problem {
             let columns = self.columns_of(BlockId(index as u32));
             if !columns.is_empty() {
                 let range = self.value_offsets[index]..self.value_offsets[index + 1];
-                block.manifold.retract(&mut moved.data[range], &step[columns]);
+                block.manifold().retract(&mut moved.data[range], &step[columns]);
             }
         }
         moved
@@ -275,10 +276,9 @@ impl Problem {
 
     /// `∂(stored coordinates)/∂(columns)` of a free block: stored × tangent, row-major.
     pub fn tangent_basis(&self, values: &Values, id: BlockId) -> Vec<f64> {
-        let block = self.block(id);
-        match block.manifold.basis(values.get(id)) {
-            Some(basis) => basis.to_vec(),
-            None => (0..block.len() * block.len()).map(|k| f64::from(k % (block.len() + 1) == 0)).collect(),
-        }
+        let (manifold, x) = (self.block(id).manifold(), values.get(id));
+        let mut basis = vec![0.0; x.len() * manifold.tangent_dimension(x.len())];
+        manifold.basis(x, &mut basis);
+        basis
     }
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use super::kinds::{EliminatedBlock, FactorSlot, Kind, Kinds, Slots};
 use super::offsets::offsets;
-use crate::{Block, BlockId, Factor, Manifold, Noise};
+use crate::{Block, BlockId, Factor, Noise};
 
 /// Fewest factors that are worth a chunk of their own.
 const FACTORS_PER_CHUNK: usize = 512;
@@ -58,6 +58,8 @@ pub(crate) struct Shape {
     pub local_offsets: Vec<usize>,
     /// Places of eliminated blocks among those read, which differ from factor to factor.
     pub eliminated_blocks: Vec<usize>,
+    /// Those of them that are on a manifold.
+    pub eliminated_curved: Vec<usize>,
     /// Whether the noise is correlated, so that whitening mixes rows.
     pub correlated: bool,
     /// Whether each row has a pattern, all of whose entries are written.
@@ -86,8 +88,8 @@ pub(crate) struct Piece {
     pub from: usize,
     /// Number of compact columns.
     pub length: usize,
-    /// Place among [`Structure::spheres`] of its block, if that lives on one: three stored columns become two.
-    pub sphere: Option<usize>,
+    /// Place among [`Structure::curved`] of its block, if that is on a manifold: its stored columns become tangent ones.
+    pub curved: Option<usize>,
 }
 
 #[derive(Clone, Debug)]
@@ -96,8 +98,8 @@ pub(crate) struct Structure {
     pub shared: Vec<usize>,
     /// Place of each column.
     pub places: Vec<Place>,
-    /// Shared blocks that live on a sphere.
-    pub spheres: Vec<BlockId>,
+    /// Shared blocks that are on a manifold, ascending.
+    pub curved: Vec<BlockId>,
     pub shapes: Vec<Shape>,
     /// Shape of each factor.
     pub shape_of: Vec<usize>,
@@ -111,10 +113,9 @@ pub(crate) struct Structure {
 
 impl Structure {
     pub fn new(blocks: &[Block], factors: &[Factor], column_offsets: &[usize]) -> Self {
-        let spheres =
-            blocks.iter().enumerate().filter(|(_, block)| !block.eliminated && block.manifold != Manifold::Euclidean);
-        let spheres: Vec<BlockId> = spheres.map(|(index, _)| BlockId(index as u32)).collect();
-        let layout = Layout { blocks, factors, column_offsets, spheres: &spheres };
+        let curved = blocks.iter().enumerate().filter(|(_, block)| !block.eliminated && !block.is_euclidean());
+        let curved: Vec<BlockId> = curved.map(|(index, _)| BlockId(index as u32)).collect();
+        let layout = Layout { blocks, factors, column_offsets, curved: &curved };
         let (shared, mut places) = layout.shared_columns();
         let (shapes, shape_of) = layout.shapes(&places);
         let (mut components, kinds, order) = layout.components(&shapes, &shape_of);
@@ -125,7 +126,7 @@ impl Structure {
         }
         note_shared(&mut components, &order, &shapes, &shape_of);
         let chunks = cut(order.len(), &components, shared.len());
-        Structure { shared, places, spheres, shapes, shape_of, components, kinds, order, chunks }
+        Structure { shared, places, curved, shapes, shape_of, components, kinds, order, chunks }
     }
 
     /// Those factors of a chunk that belong to no component.
@@ -145,7 +146,7 @@ struct Layout<'a> {
     blocks: &'a [Block],
     factors: &'a [Factor],
     column_offsets: &'a [usize],
-    spheres: &'a [BlockId],
+    curved: &'a [BlockId],
 }
 
 impl Layout<'_> {
@@ -206,7 +207,8 @@ impl Layout<'_> {
         let (ra, rb) = (&fa.residual, &fb.residual);
         let same_block = |(x, y): (&BlockId, &BlockId)| {
             let (bx, by) = (&self.blocks[x.index()], &self.blocks[y.index()]);
-            x == y || (bx.eliminated && by.eliminated && bx.len() == by.len())
+            let same_size = bx.len() == by.len() && bx.is_euclidean() == by.is_euclidean();
+            x == y || (bx.eliminated && by.eliminated && same_size)
         };
         let same_blocks =
             || ra.blocks().len() == rb.blocks().len() && ra.blocks().iter().zip(rb.blocks()).all(same_block);
@@ -237,8 +239,9 @@ impl Layout<'_> {
                 )
             })
             .collect();
-        let eliminated_blocks =
-            (0..residual.blocks().len()).filter(|at| self.is_eliminated(residual.blocks()[*at])).collect();
+        let block = |at: &usize| &self.blocks[residual.blocks()[*at].index()];
+        let eliminated_blocks: Vec<usize> = (0..residual.blocks().len()).filter(|at| block(at).eliminated).collect();
+        let eliminated_curved = eliminated_blocks.iter().copied().filter(|at| !block(at).is_euclidean()).collect();
         let correlated = is_correlated(&self.factors[factor]);
         let patterned = !correlated && (0..residual.len()).all(|row| residual.row_pattern(row).is_some());
         let mut columns: Vec<Vec<usize>> = Vec::new();
@@ -248,7 +251,7 @@ impl Layout<'_> {
                 columns.push(row.columns.clone());
             }
         }
-        Shape { local_offsets, eliminated_blocks, correlated, patterned, rows, columns }
+        Shape { local_offsets, eliminated_blocks, eliminated_curved, correlated, patterned, rows, columns }
     }
 
     fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {
@@ -259,20 +262,17 @@ impl Layout<'_> {
             let stored = offsets[place]..offsets[place + 1];
             let touched = pattern.iter().map(|range| range.start.max(stored.start)..range.end.min(stored.end));
             for range in touched.filter(|range| !range.is_empty()) {
-                runs.push(match self.blocks[id.index()].manifold {
-                    Manifold::Euclidean => {
-                        let piece = Piece { from: range.start, length: range.len(), sphere: None };
+                runs.push(match self.curved.binary_search(id) {
+                    Err(_) => {
+                        let piece = Piece { from: range.start, length: range.len(), curved: None };
                         (first + range.start - stored.start, piece)
                     }
-                    Manifold::Sphere { .. } => {
-                        let sphere = self.spheres.iter().position(|sphere| sphere == id);
-                        (first, Piece { from: stored.start, length: columns.len(), sphere })
-                    }
+                    Ok(curved) => (first, Piece { from: stored.start, length: columns.len(), curved: Some(curved) }),
                 });
             }
         }
         runs.sort_by_key(|(to, _)| *to);
-        runs.dedup_by_key(|(to, _)| *to); // a sphere that several ranges touch
+        runs.dedup_by_key(|(to, _)| *to); // a block on a manifold that several ranges touch
         let columns = runs.iter().flat_map(|(to, piece)| *to..to + piece.length).collect();
         RowPlan { pieces: join(runs), columns, place: 0 }
     }
@@ -331,7 +331,7 @@ impl Layout<'_> {
             let own = blocks.iter().filter(|id| self.is_eliminated(**id));
             let place = |id: &BlockId| {
                 let first = self.columns_of(*id).next()?;
-                let flat = self.blocks[id.index()].manifold == Manifold::Euclidean;
+                let flat = self.blocks[id.index()].is_euclidean();
                 Some(EliminatedBlock { first: columns.iter().position(|column| *column == first)?, flat })
             };
             FactorSlot { shape: shape_of[*factor], blocks: own.map(place).collect() }
@@ -355,7 +355,7 @@ fn join(runs: Vec<(usize, Piece)>) -> Vec<Piece> {
     let mut pieces: Vec<Piece> = Vec::with_capacity(runs.len());
     for (_, piece) in runs {
         match pieces.last_mut() {
-            Some(last) if last.sphere.is_none() && piece.sphere.is_none() && last.from + last.length == piece.from => {
+            Some(last) if last.curved.is_none() && piece.curved.is_none() && last.from + last.length == piece.from => {
                 last.length += piece.length;
             }
             _ => pieces.push(piece),

@@ -215,12 +215,12 @@ fn correlation(covariance: f64, variance: f64, other: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::testing::Line;
-    use crate::{Block, Factor, Manifold, Noise, ProblemBuilder};
+    use crate::{Block, Factor, Noise, ProblemBuilder, Sphere};
 
     /// A vector on a sphere of radius 5 and a number, measured directly.
     fn sphere_and_number() -> (Problem, Values, [BlockId; 2]) {
         let mut builder = ProblemBuilder::new();
-        let vector = Block::vector("g", "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: 5.0 });
+        let vector = Block::vector("g", "m/s²", &["x", "y", "z"]).on(Sphere { radius: 5.0 });
         let g = builder.add_block(vector, &[3.0, 0.0, 4.0]);
         let a = builder.add_block(Block::scalar("a", ""), &[2.0]);
         for (id, component) in [(g, 0), (g, 1), (a, 0)] {

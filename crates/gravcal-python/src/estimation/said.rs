@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gravcal::estimation::{
-    Affine, Block, BlockId, Constraint, Factor, Loss, LossName, Manifold, Noise, Problem, ProblemBuilder, Values,
+    Affine, Block, BlockId, Constraint, Factor, Loss, LossName, Noise, Problem, ProblemBuilder, Sphere, Values,
 };
 use pyo3::prelude::*;
 
@@ -26,7 +26,7 @@ impl SaidBlock {
     fn block(&self) -> Block {
         let components: Vec<&str> = self.components.iter().map(String::as_str).collect();
         let block = Block::vector(&self.name, &self.unit, &components);
-        let block = self.length.map_or(block.clone(), |radius| block.on(Manifold::Sphere { radius }));
+        let block = self.length.map_or(block.clone(), |radius| block.on(Sphere { radius }));
         let block = if self.linear { block.linear() } else { block };
         self.held.as_ref().map_or(block.clone(), |reason| block.fixed(reason))
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use gravcal::estimation::statistics::{NoiseScale, Solution, along_constraints, stored_coordinates};
 use gravcal::estimation::{
-    BlockId, Estimate, IterationRecord, Manifold, NamedCombination, Problem, RankAnalysis, SolveContext, Uncertainty,
+    BlockId, Estimate, IterationRecord, NamedCombination, Problem, RankAnalysis, SolveContext, Uncertainty,
     named_combinations,
 };
 use gravcal::solvers::SolverName;
@@ -151,15 +151,15 @@ fn in_words(combination: &NamedCombination) -> Combination {
     (combination.to_string(), combination.terms.iter().map(term).collect())
 }
 
-/// Of each component; a vector of known length is determined as a whole or not.
+/// Of each component; a block on a manifold, such as a vector of known length, is determined as a whole or not.
 fn determined(problem: &Problem, analysis: &RankAnalysis) -> Vec<bool> {
     let of_block = |id: BlockId| {
         let (columns, block) = (problem.columns_of(id), problem.block(id));
         let known = |columns: &[usize]| analysis.null_space_within(columns).is_empty();
-        match block.manifold {
-            _ if columns.is_empty() => vec![true; block.len()],
-            Manifold::Euclidean => columns.map(|column| known(&[column])).collect(),
-            Manifold::Sphere { .. } => vec![known(&columns.collect::<Vec<_>>()); block.len()],
+        match columns.len() {
+            0 => vec![true; block.len()],
+            _ if block.is_euclidean() => columns.map(|column| known(&[column])).collect(),
+            _ => vec![known(&columns.collect::<Vec<_>>()); block.len()],
         }
     };
     problem.block_ids().flat_map(of_block).collect()

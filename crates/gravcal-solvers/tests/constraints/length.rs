@@ -1,8 +1,7 @@
 //! Vectors of known length.
 
 use gravcal_estimation::{
-    Block, BlockId, Constraint, Estimate, Factor, Manifold, Noise, Problem, ProblemBuilder, SolveContext, Solver,
-    Values,
+    Block, BlockId, Constraint, Estimate, Factor, Noise, Problem, ProblemBuilder, SolveContext, Solver, Sphere, Values,
 };
 use gravcal_solvers::{Clarabel, SolverName};
 use rand::{RngExt, SeedableRng};
@@ -49,7 +48,7 @@ fn sensors(seed: u64, on_sphere: bool) -> (Problem, Values, BlockId) {
     let aside: [f64; 3] = std::array::from_fn(|i| truth[i] / size + uniform(0.25));
     let start = aside.map(|c| LENGTH * c / aside.iter().map(|c| c * c).sum::<f64>().sqrt());
     let gravity = if on_sphere {
-        builder.add_block(gravity.on(Manifold::Sphere { radius: LENGTH }), &start)
+        builder.add_block(gravity.on(Sphere { radius: LENGTH }), &start)
     } else {
         let id = builder.add_block(gravity, &start);
         builder.add_constraint(Constraint::length("magnitude of gravity", id, LENGTH));

@@ -1,6 +1,6 @@
 //! Starts and constraints that are refused, and in which words.
 
-use gravcal_estimation::{Affine, Block, BlockId, Constraint, Manifold, ProblemBuilder, SolveError, Solver};
+use gravcal_estimation::{Affine, Block, BlockId, Constraint, ProblemBuilder, SolveError, Solver, Sphere};
 use gravcal_solvers::{Clarabel, LevenbergMarquardt};
 
 use crate::build::{block, readings, solve};
@@ -131,12 +131,12 @@ fn a_held_value_in_a_constraint_is_a_number() {
 #[test]
 fn what_is_not_convex_is_refused_in_words() {
     let mut builder = ProblemBuilder::new();
-    let sphere = Block::vector("g", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 1.0 });
+    let sphere = Block::vector("g", "", &["x", "y", "z"]).on(Sphere { radius: 1.0 });
     let id = builder.add_block(sphere, &[0.0, 0.0, 1.0]);
     readings(&mut builder, id, &[1.0; 3]);
     let with = |constraint: Constraint| {
         let mut builder = ProblemBuilder::new();
-        let sphere = Block::vector("g", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 1.0 });
+        let sphere = Block::vector("g", "", &["x", "y", "z"]).on(Sphere { radius: 1.0 });
         let id = builder.add_block(sphere, &[0.0, 0.0, 1.0]);
         readings(&mut builder, id, &[1.0; 3]);
         builder.add_constraint(constraint);
@@ -145,12 +145,13 @@ fn what_is_not_convex_is_refused_in_words() {
     };
     assert_eq!(
         with(above("upwards", id, 2, 0.0)),
-        "clarabel cannot take this problem: `upwards` reads `g`, whose length is fixed: what obeys both is not convex; drop \
-         the constraint, or let the length be measured by a residual"
+        "clarabel cannot take this problem: `upwards` reads `g`, which is on a manifold (sphere): what obeys both is not \
+         convex; drop the constraint, or let a residual measure what the manifold fixes"
     );
     assert_eq!(
         with(Constraint::length("unit", id, 1.0)),
-        "clarabel cannot take this problem: `unit` fixes the length of `g`, whose manifold already does: drop one of the two"
+        "clarabel cannot take this problem: `unit` fixes the length of `g`, which is on a manifold (sphere): drop one of the \
+         two"
     );
     let twice = message([1.0; 5], |a, _| {
         vec![Constraint::length("one", a, 3f64.sqrt()), Constraint::length("two", a, 3f64.sqrt())]

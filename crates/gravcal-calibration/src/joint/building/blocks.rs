@@ -1,6 +1,6 @@
 //! The unknowns as blocks of the joint problem.
 
-use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
+use gravcal_estimation::{Block, BlockId, ProblemBuilder, Sphere};
 use gravcal_robot_model::parameter::{Parameter, ParameterId, SensorParameter};
 use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
@@ -196,7 +196,7 @@ fn gravity_block(session: &Session) -> Block {
     let block = Block::vector("gravity", "m/s²", &["x", "y", "z"]);
     match session.gravity.magnitude_std {
         Some(_) => block,
-        None => block.on(Manifold::Sphere { radius: session.gravity.magnitude }),
+        None => block.on(Sphere { radius: session.gravity.magnitude }),
     }
 }
 

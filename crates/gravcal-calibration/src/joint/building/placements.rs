@@ -7,7 +7,7 @@
 //! Where moments are described by sweep, only the difference of two placements counts. Of the loads that are alike (one
 //! mass, one link) the others are then counted from one, whose position is fixed at zero, unless one of them is known.
 
-use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
+use gravcal_estimation::{Block, BlockId, ProblemBuilder, Sphere};
 use gravcal_robot_model::session::{Load, Session};
 
 use crate::joint::building::sweep_moments::by_sweep;
@@ -155,6 +155,6 @@ fn add_displacement(
     let difference = nalgebra::Vector3::from(start[load]) - nalgebra::Vector3::from(start[parent]);
     let direction = difference.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(nalgebra::Vector3::x);
     let name = format!("load.{}.displacement_from.{}", session.loads[load].name, session.loads[parent].name);
-    let block = Block::vector(name, "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: distance });
+    let block = Block::vector(name, "m", &["x", "y", "z"]).on(Sphere { radius: distance });
     builder.add_block(block, (distance * direction).as_slice())
 }

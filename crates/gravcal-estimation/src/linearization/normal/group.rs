@@ -189,14 +189,15 @@ impl<'p> Group<'p> {
             match place {
                 RowPlace::Mixed { index, runs } => {
                     let mixed = &mut self.mixed[index * columns..(index + 1) * columns];
-                    for Run { piece: Piece { from, length, sphere }, place } in runs {
+                    for Run { piece: Piece { from, length, curved }, place } in runs {
                         let out = &mut mixed[*place..place + length];
                         let put = |(out, entry): (&mut Lanes, &Lanes)| *out = scaled(entry);
-                        match sphere {
+                        match curved {
                             None => out.iter_mut().zip(&stored[*from..]).for_each(put),
-                            Some(sphere) => {
-                                let tangent = rows.tangent_lanes(*sphere, &stored[*from..]);
-                                out.iter_mut().zip(&tangent).for_each(put);
+                            Some(block) => {
+                                let basis = rows.basis(*block);
+                                let along = |index: usize| basis.along_lanes(index, &stored[*from..]);
+                                out.iter_mut().enumerate().for_each(|(index, out)| *out = scaled(&along(index)));
                             }
                         }
                     }

@@ -7,8 +7,8 @@ use gravcal_dynamics::{
     Attachment, Chain, DhConvention, DhRow, GravityTorque, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
 };
 use gravcal_estimation::{
-    Batched, Block, BlockId, EvaluateError, Factor, LANES, LocalValues, Loss, Manifold, Noise, ProblemBuilder,
-    Residual, RowsMut,
+    Batched, Block, BlockId, EvaluateError, Factor, LANES, LocalValues, Loss, Noise, ProblemBuilder, Residual, RowsMut,
+    Sphere,
 };
 use gravcal_recording::Conditions;
 use rand::{RngExt, SeedableRng};
@@ -351,7 +351,7 @@ fn sums_over_poses_in_lanes_have_the_bits_of_those_one_by_one() {
             let (block, start): (Block, Vec<f64>) = match (index, *length) {
                 (0, _) => {
                     let gravity: Vec<f64> = vec![1.0, -2.0, -2.0];
-                    (Block::vector(name, "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: 3.0 }), gravity)
+                    (Block::vector(name, "m/s²", &["x", "y", "z"]).on(Sphere { radius: 3.0 }), gravity)
                 }
                 (_, 1) => (Block::scalar(name, ""), vec![0.5 + 0.1 * index as f64]),
                 (_, length) => (Block::vector(name, "", &vec!["part"; length]), vec![0.3; length]),
