@@ -6,8 +6,8 @@
 
 use gravcal_estimation::published::more_garbow_hillstrom;
 use gravcal_estimation::{
-    Block, BlockId, EvaluateError, Factor, LocalValues, Manifold, Noise, Problem, ProblemBuilder, RankAnalysis,
-    Residual, RowsMut, SolveContext, Values, check_derivatives,
+    Block, BlockId, EvaluateError, Factor, LocalValues, Noise, Problem, ProblemBuilder, RankAnalysis, Residual,
+    Rotation, RowsMut, SolveContext, Sphere, Values, check_derivatives,
 };
 use gravcal_solvers::SolverName;
 
@@ -94,13 +94,49 @@ fn towards_a_point(x: &[f64], r: &mut [f64], j: &mut [f64]) {
 
 #[test]
 fn a_vector_on_a_sphere_stays_there_and_reaches_the_closest_point() {
-    let block = Block::vector("v", "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: 6.0 });
+    let block = Block::vector("v", "m", &["x", "y", "z"]).on(Sphere { radius: 6.0 });
     let (problem, initial, id) = build(block, &[6.0, 0.0, 0.0], 3, towards_a_point);
     for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         assert!(estimate.termination.converged());
         let found = estimate.values.get(id);
         assert!(found.iter().zip([2.0, 4.0, 4.0]).all(|(f, e)| (f - e).abs() < 1e-7), "{found:?}");
+    }
+}
+
+/// `R(q)ᵀ a` of three vectors, less what it is for a third of a turn about (1, 1, 1): x is read as z was, y as x, z as y.
+fn turned_vectors(q: &[f64], r: &mut [f64], j: &mut [f64]) {
+    let [w, x, y, z] = [q[0], q[1], q[2], q[3]];
+    let vectors = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [1.0, 1.0, 3.0]];
+    for (k, [a, b, c]) in vectors.into_iter().enumerate() {
+        let expected = [b, c, a];
+        let value = [
+            (w * w + x * x - y * y - z * z) * a + 2.0 * (x * y + w * z) * b + 2.0 * (x * z - w * y) * c,
+            2.0 * (x * y - w * z) * a + (w * w - x * x + y * y - z * z) * b + 2.0 * (y * z + w * x) * c,
+            2.0 * (x * z + w * y) * a + 2.0 * (y * z - w * x) * b + (w * w - x * x - y * y + z * z) * c,
+        ];
+        let slopes = [
+            [w * a + z * b - y * c, x * a + y * b + z * c, x * b - y * a - w * c, x * c - z * a + w * b],
+            [w * b - z * a + x * c, y * a - x * b + w * c, x * a + y * b + z * c, y * c - z * b - w * a],
+            [w * c + y * a - x * b, z * a - x * c - w * b, z * b - y * c + w * a, x * a + y * b + z * c],
+        ];
+        for row in 0..3 {
+            r[3 * k + row] = value[row] - expected[row];
+            j[12 * k + 4 * row..][..4].copy_from_slice(&slopes[row].map(|slope| 2.0 * slope));
+        }
+    }
+}
+
+#[test]
+fn a_rotation_stays_one_and_reaches_what_turns_the_vectors() {
+    let block = Block::vector("q", "", &["w", "x", "y", "z"]).on(Rotation);
+    let (problem, initial, id) = build(block, &[1.0, 0.0, 0.0, 0.0], 9, turned_vectors);
+    for solver in solvers(&problem) {
+        let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
+        assert!(estimate.termination.converged(), "{solver}");
+        let found = estimate.values.get(id);
+        assert!(found.iter().all(|c| (c.abs() - 0.5).abs() < 1e-7), "{solver}: {found:?}");
+        assert_eq!(RankAnalysis::new(&problem, &estimate.values).unwrap().rank(), 3);
     }
 }
 
