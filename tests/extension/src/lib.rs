@@ -1,7 +1,8 @@
-//! What a crate of one's own adds to gravcal: models of sensors, residuals with unknowns of their own, the program that knows them, and a
-//! method that minimises.
+//! What a crate of one's own adds to gravcal: models of sensors, residuals with unknowns of their own, the program that knows them, a
+//! method that minimises, and a manifold.
 
 mod backlash;
+mod circle;
 mod compensator;
 mod dial_gauge;
 mod inclinometer;
@@ -12,6 +13,7 @@ mod same_height;
 use gravcal::calibration::Registry;
 
 pub use backlash::Backlash;
+pub use circle::Circle;
 pub use compensator::{Compensator, ForceGauge};
 pub use dial_gauge::DialGauge;
 pub use inclinometer::Inclinometer;
