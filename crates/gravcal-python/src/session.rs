@@ -8,7 +8,7 @@ use gravcal::calibration::application::Effort;
 use gravcal::calibration::check::check;
 use gravcal::calibration::document::Document;
 use gravcal::calibration::session as calibration_session;
-use gravcal::calibration::session::SessionError;
+use gravcal::calibration::session::{ReadingId, SessionError};
 use gravcal::calibration::{EstimatorName, robot};
 use gravcal::recording::{Memory, Numbers};
 use gravcal_cli::{Choice, Phase, Stopwatch};
@@ -278,7 +278,7 @@ impl Session {
     fn of_readings(&self, number: impl Fn(&gravcal::recording::Reading) -> Option<f64>) -> Array2<f64> {
         let shape = (self.session.poses.len(), self.session.channel_count());
         Array2::from_shape_fn(shape, |(pose, channel)| {
-            self.session.reading(pose, channel).and_then(&number).unwrap_or(f64::NAN)
+            self.session.reading(ReadingId { pose, channel }).and_then(&number).unwrap_or(f64::NAN)
         })
     }
 }

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use gravcal_calibration::result::ReadingResidual;
 use gravcal_recording::MotionWindows;
 use gravcal_robot_model::Session;
+use gravcal_robot_model::session::ReadingId;
 
 use crate::spectrum::spectrum;
 
@@ -45,7 +46,7 @@ pub fn motion_spectra(session: &Session, own: &BTreeMap<usize, &ReadingResidual>
     };
     let channel = own.values().next()?.id.channel;
     let rate = 1.0 / windows.step();
-    let reading = |pose: usize| session.reading(pose, channel).map_or(f64::NAN, |reading| reading.value);
+    let reading = |pose: usize| session.reading(ReadingId { pose, channel }).map_or(f64::NAN, |reading| reading.value);
     let reading = spectrum(&series(&reading), rate)?;
     let residual = spectrum(&series(&|pose| own[&pose].residual), rate)?;
     Some(MotionSpectra {
@@ -73,7 +74,7 @@ mod tests {
     use std::sync::Arc;
 
     use gravcal_recording::{Course, Kept};
-    use gravcal_robot_model::session::{ReadingId, Searched};
+    use gravcal_robot_model::session::Searched;
     use gravcal_session::simulation::Simulation;
 
     use super::*;

@@ -1,6 +1,7 @@
 //! Readings and what they were predicted to be, channel by channel.
 
 use gravcal_calibration::result::{ReadingResidual, TorqueParts};
+use gravcal_robot_model::session::ReadingId;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
 use crate::contents::CalibrationRecording;
@@ -28,12 +29,12 @@ pub fn log(
     let session = calibration.session;
     for channel in calibration.channels() {
         let name = session.channel_name(channel);
-        let read = |pose: usize| Some((pose, session.reading(pose, channel)?.value));
+        let read = |pose: usize| Some((pose, session.reading(ReadingId { pose, channel })?.value));
         let (numbers, readings): (Vec<usize>, Vec<f64>) = (0..session.poses.len()).filter_map(read).unzip();
         let mark = ("measured", style::colour(style::MEASURED), Mark::Dots(2.5));
         series(stream, path(&name, "measured"), mark, poses.columns(numbers), readings)?;
         for explanation in calibration.explanations() {
-            let predict = |one: Explained| Some((one.pose, session.reading(one.pose, channel)?.value + one.residual));
+            let predict = |one: Explained| Some((one.pose, read(one.pose)?.1 + one.residual));
             let (numbers, values): (Vec<usize>, Vec<f64>) = explanation.of_channel(channel).filter_map(predict).unzip();
             let mark = (explanation.name, style::of(explanation.name), Mark::Line(1.5));
             series(stream, path(&name, explanation.name), mark, poses.columns(numbers), values)?;
@@ -68,7 +69,7 @@ fn log_parts(
         series(stream, path(&name, part), (part, style::numbered(2 + place), Mark::Line(1.0)), times.clone(), values)?;
     }
     let rest = |(row, torque): &(&ReadingResidual, TorqueParts)| {
-        let reading = session.reading(row.id.pose, channel).map_or(f64::NAN, |reading| reading.value);
+        let reading = session.reading(row.id).map_or(f64::NAN, |reading| reading.value);
         reading + row.residual - torque.gravity - torque.inertia - torque.bias
     };
     let mark = ("friction", style::numbered(2 + PARTS.len()), Mark::Line(1.0));

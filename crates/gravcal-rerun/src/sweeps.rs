@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use gravcal_robot_model::Session;
+use gravcal_robot_model::session::ReadingId;
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps};
 use re_sdk::{RecordingStream, RecordingStreamError};
 use re_sdk_types::archetypes::{LineStrips2D, Points2D};
@@ -113,9 +114,8 @@ impl<'a> Picture<'a> {
     ) -> Result<(), RecordingStreamError> {
         self.log_frame(stream)?;
         let readings = self.panels.iter().flat_map(|panel| {
-            let read = |(pose, angle): &(usize, f64)| {
-                Some(panel.place(*angle, calibration.session.reading(*pose, panel.channel)?.value))
-            };
+            let read =
+                |(pose, angle): &(usize, f64)| Some(panel.place(*angle, panel.reading(calibration.session, *pose)?));
             self.angles.iter().filter_map(read)
         });
         let dots = Points2D::new(readings.collect::<Vec<_>>()).with_colors([style::colour(style::MEASURED)]);
@@ -133,8 +133,7 @@ impl<'a> Picture<'a> {
         let reported = explanation.between(ends(self.sweep), panel.channel);
         let reported: BTreeMap<usize, f64> = reported.map(|one| (one.pose, one.residual)).collect();
         let point = |(pose, angle): &(usize, f64)| {
-            let reading = session.reading(*pose, panel.channel)?.value;
-            Some(panel.place(*angle, reading + reported.get(pose)?))
+            Some(panel.place(*angle, panel.reading(session, *pose)? + reported.get(pose)?))
         };
         self.angles.iter().filter_map(point).collect()
     }
@@ -164,8 +163,7 @@ impl<'a> Picture<'a> {
         let mut by_pose = self.angles.clone();
         by_pose.sort_by_key(|(pose, _)| *pose);
         let marks = |(pose, angle): &(usize, f64)| {
-            let read =
-                |panel: &Panel| Some(panel.place(*angle, calibration.session.reading(*pose, panel.channel)?.value));
+            let read = |panel: &Panel| Some(panel.place(*angle, panel.reading(calibration.session, *pose)?));
             self.panels.iter().filter_map(read).collect::<Vec<_>>()
         };
         let marks: Vec<Vec<[f32; 2]>> = by_pose.iter().map(marks).collect();
@@ -179,6 +177,11 @@ impl<'a> Picture<'a> {
 }
 
 impl Panel {
+    /// What its channel reads in a pose.
+    fn reading(&self, session: &Session, pose: usize) -> Option<f64> {
+        Some(session.reading(ReadingId { pose, channel: self.channel })?.value)
+    }
+
     /// Place of an angle, degrees, and a reading.
     fn place(&self, angle: f64, reading: f64) -> [f32; 2] {
         let share = |value: f64, [low, high]: [f64; 2]| (value - low) / (high - low);
@@ -200,7 +203,7 @@ impl Panel {
 
 /// All numbers of one channel in a sweep: readings and predictions.
 fn values(calibration: &CalibrationRecording<'_>, sweep: &Sweep, channel: usize) -> Vec<f64> {
-    let reading = |pose: usize| Some(calibration.session.reading(pose, channel)?.value);
+    let reading = |pose: usize| Some(calibration.session.reading(ReadingId { pose, channel })?.value);
     let readings = sweep.poses.iter().filter_map(|pose| reading(*pose));
     let explanations = calibration.explanations();
     let reported = explanations.iter().flat_map(|explanation| explanation.between(ends(sweep), channel));

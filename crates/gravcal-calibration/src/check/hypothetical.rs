@@ -2,7 +2,7 @@
 
 use gravcal_recording::{Orientation, Reading};
 use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::session::{InertiaPrior, Pose, PoseTable, Session, UnexplainedError};
+use gravcal_robot_model::session::{InertiaPrior, Pose, PoseTable, ReadingId, Session, UnexplainedError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::judged::{NominalVerdict, judge_at, predicted_ranges};
@@ -64,15 +64,16 @@ impl Hypothetical {
         let values = State::nominal(session);
         let rough = rough_errors(session, &readings, &values)?;
         let noise = |channel: usize| {
-            let read = (0..session.poses.len()).filter(|pose| session.reading(*pose, channel).is_some());
-            let stds: Vec<f64> = read.map(|pose| readings.std(session, pose, channel).hypot(rough[channel])).collect();
+            let all = (0..session.poses.len()).map(|pose| ReadingId { pose, channel });
+            let read = all.filter(|id| session.reading(*id).is_some());
+            let stds: Vec<f64> = read.map(|id| readings.std(session, id).hypot(rough[channel])).collect();
             (!stds.is_empty()).then(|| stds.iter().sum::<f64>() / stds.len() as f64)
         };
         let noise: Vec<Option<f64>> = (0..session.channel_count()).map(noise).collect();
         let mut session = session.clone();
         for pose in 0..session.poses.len() {
             for (channel, noise) in noise.iter().enumerate() {
-                if let Some(reading) = session.reading_mut(pose, channel) {
+                if let Some(reading) = session.reading_mut(ReadingId { pose, channel }) {
                     reading.std = reading.std.map(|std| std.hypot(rough[channel])).or(*noise);
                 }
             }

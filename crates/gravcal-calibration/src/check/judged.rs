@@ -90,8 +90,8 @@ pub(super) fn judge_at(
 /// noise alone spreads them, so that a joint that carries nothing still tells its bias.
 fn predicted_spreads(session: &Session, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
     let mut noise = vec![1.0; session.channel_count()];
-    for ReadingId { pose, channel } in &judged.built.rows {
-        noise[*channel] = judged.readings().std(session, *pose, *channel);
+    for id in &judged.built.rows {
+        noise[id.channel] = judged.readings().std(session, *id);
     }
     let ranges = predicted_ranges(session, &judged.built)?;
     Ok(ranges.iter().zip(noise).map(|([low, high], std)| (high - low).max(NOISE_SPREAD * std)).collect())

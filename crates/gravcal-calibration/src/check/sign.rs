@@ -12,7 +12,7 @@
 //! weight of a load on known lengths tells.
 
 use gravcal_identification::DECISIVE;
-use gravcal_robot_model::session::{ReadingId, Session};
+use gravcal_robot_model::session::Session;
 
 use crate::joint::{EstimateError, MeasurementSet, Solved, State, build_problem, with_gains_known};
 
@@ -23,8 +23,8 @@ pub(super) fn is_decided(session: &Session, readings: &MeasurementSet, values: &
     }
     let mut session = with_gains_known(session);
     let predicted = build_problem(&session, readings, values)?.predicted(&session)?;
-    for (ReadingId { pose, channel }, value) in predicted {
-        if let Some(reading) = session.reading_mut(pose, channel) {
+    for (id, value) in predicted {
+        if let Some(reading) = session.reading_mut(id) {
             reading.value = value;
         }
     }

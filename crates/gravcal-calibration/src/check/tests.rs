@@ -9,7 +9,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
-    GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, ReadingId, Session,
+    GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, Session,
 };
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -174,8 +174,8 @@ fn simulated(hypothetical: &Hypothetical) -> (Session, State) {
     }
     let readings = select(&session, Signals::All);
     let predicted = build_problem(&session, &readings, &truth).unwrap().predicted(&session).unwrap();
-    for (ReadingId { pose, channel }, value) in predicted {
-        let reading = session.reading_mut(pose, channel).unwrap();
+    for (id, value) in predicted {
+        let reading = session.reading_mut(id).unwrap();
         let noise: f64 = random.sample(StandardNormal);
         reading.value = value + reading.std.unwrap() * noise;
     }

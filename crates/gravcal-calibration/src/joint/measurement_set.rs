@@ -6,7 +6,9 @@ use std::sync::Arc;
 use gravcal_estimation::Loss;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::sensors::Term;
-use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Pose, PriorKind, Session, UnexplainedError};
+use gravcal_robot_model::session::{
+    AuxiliarySensor, AuxiliarySensorKind, Pose, PriorKind, ReadingId, Session, UnexplainedError,
+};
 
 use crate::joint::order::Order;
 
@@ -44,8 +46,8 @@ pub(super) struct Bending {
 }
 
 impl MeasurementSet {
-    /// Every reading of the session for which `keep(pose, channel)` holds, copies of rows left out, with a first guess of unstated noise.
-    pub fn select(session: &Session, keep: impl Fn(usize, usize) -> bool) -> MeasurementSet {
+    /// Every reading of the session for which `keep` holds, copies of rows left out, with a first guess of unstated noise.
+    pub fn select(session: &Session, keep: impl Fn(ReadingId) -> bool) -> MeasurementSet {
         let all: Arc<[usize]> = (0..session.channel_count()).collect();
         let used = vec![all; session.poses.len()];
         let spreads: Arc<[f64]> = session.spreads().into();
@@ -55,14 +57,13 @@ impl MeasurementSet {
         let (at_rest, bending) = (Vec::new(), None);
         let readings = MeasurementSet { used, spreads, noise, unexplained, at_rest, bending, floor, loss, order };
         let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
-        readings
-            .only(|pose, channel| !repeated(pose) && session.reading(pose, channel).is_some() && keep(pose, channel))
+        readings.only(|id| !repeated(id.pose) && session.reading(id).is_some() && keep(id))
     }
 
-    /// The same, but only readings for which `keep(pose, channel)` holds.
-    pub fn only(&self, keep: impl Fn(usize, usize) -> bool) -> MeasurementSet {
+    /// The same, but only readings for which `keep` holds.
+    pub fn only(&self, keep: impl Fn(ReadingId) -> bool) -> MeasurementSet {
         let of_pose = |(pose, used): (usize, &Arc<[usize]>)| {
-            let kept = || used.iter().copied().filter(|channel| keep(pose, *channel));
+            let kept = || used.iter().copied().filter(|channel| keep(ReadingId { pose, channel: *channel }));
             match kept().count() {
                 0 => Arc::default(),
                 count if count == used.len() => Arc::clone(used),
@@ -182,16 +183,16 @@ impl MeasurementSet {
     }
 
     /// Standard deviation of one reading, unexplained errors included, unit of the reading.
-    pub fn std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
-        let own = self.own_std(session, pose, channel);
-        let unexplained = self.unexplained[channel] + self.of_unknown_side(session, pose, channel);
+    pub fn std(&self, session: &Session, id: ReadingId) -> f64 {
+        let own = self.own_std(session, id);
+        let unexplained = self.unexplained[id.channel] + self.of_unknown_side(session, id);
         let std = if unexplained > 0.0 { (own * own + unexplained).sqrt() } else { own };
-        std.max(self.floor[channel])
+        std.max(self.floor[id.channel])
     }
 
     /// The same by its own noise alone.
-    pub fn own_std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
-        session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel])
+    pub fn own_std(&self, session: &Session, id: ReadingId) -> f64 {
+        session.reading(id).and_then(|r| r.std).unwrap_or(self.noise[id.channel])
     }
 }
 

@@ -55,8 +55,8 @@ impl JointProblem {
     pub(crate) fn predicted(&self, session: &Session) -> Result<Vec<(ReadingId, f64)>, EvaluateError> {
         let residuals = self.problem.residuals(&self.initial)?;
         let predicted = self.rows.iter().zip(residuals).filter_map(|(id, residual)| {
-            let value = session.reading(id.pose, id.channel)?.value;
-            Some((*id, value + self.readings.std(session, id.pose, id.channel) * residual))
+            let value = session.reading(*id)?.value;
+            Some((*id, value + self.readings.std(session, *id) * residual))
         });
         Ok(predicted.collect())
     }

@@ -18,16 +18,14 @@ pub enum Signals {
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
 pub fn select(session: &Session, signals: Signals) -> MeasurementSet {
     let moments = by_sweep(session).then(|| SweepMoments::of(session));
-    let entering = |pose: usize, channel: usize| {
-        channel >= session.joints.len() || moments.as_ref().is_none_or(|moments| moments.of_pose(pose).is_some())
+    let entering = |id: ReadingId| {
+        id.channel >= session.joints.len() || moments.as_ref().is_none_or(|moments| moments.of_pose(id.pose).is_some())
     };
     match signals {
         Signals::All => MeasurementSet::select(session, entering),
         Signals::PaperSteps => {
             let read = Plan::new(session).readings();
-            MeasurementSet::select(session, |pose, channel| {
-                read.contains(&ReadingId { pose, channel }) && entering(pose, channel)
-            })
+            MeasurementSet::select(session, |id| read.contains(&id) && entering(id))
         }
     }
 }

@@ -22,9 +22,8 @@ impl JointResiduals {
     /// From whitened residuals whose first rows are the given readings.
     pub fn new(session: &Session, readings: &MeasurementSet, rows: &[ReadingId], whitened: &[f64]) -> Self {
         let mut by_channel = vec![Vec::new(); session.channel_count()];
-        for (ReadingId { pose, channel }, r) in rows.iter().zip(whitened) {
-            let own = readings.own_std(session, *pose, *channel);
-            by_channel[*channel].push((r * readings.std(session, *pose, *channel), own));
+        for (id, r) in rows.iter().zip(whitened) {
+            by_channel[id.channel].push((r * readings.std(session, *id), readings.own_std(session, *id)));
         }
         JointResiduals { by_channel, ranges: Arc::clone(&readings.spreads) }
     }
@@ -107,7 +106,7 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
     let parts = torque_parts(session, solved)?;
     let rows = solved.built.rows.iter().zip(whitened).zip(nominal.iter().zip(weights).zip(parts));
     let reported = rows.map(|((id, whitened), ((nominal, weight), torque))| {
-        let std = solved.readings().std(session, id.pose, id.channel);
+        let std = solved.readings().std(session, *id);
         ReadingResidual { id: *id, residual: std * whitened, nominal_residual: std * nominal, std, weight, torque }
     });
     Ok(reported.collect())

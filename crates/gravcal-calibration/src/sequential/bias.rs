@@ -4,7 +4,7 @@ use gravcal_estimation::{Block, BlockId, Factor, Noise, ProblemBuilder};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{Sinusoid, SinusoidBlocks};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::carried::{CarriedErrors, place};
 use super::contradiction::{NoiseScale, refuse_contradiction};
@@ -135,11 +135,12 @@ fn fit(
     let starts: Vec<_> = pairs.iter().filter_map(|sweep| fit_sinusoid(sweep, gain, None)).collect();
     let bias = starts.iter().map(|s| s.coefficients[2]).sum::<f64>() / starts.len() as f64;
     let torque_bias = add_scalar(session, joint, SensorParameter::TorqueBias, bias, builder);
+    let std = |pose| readings.std(session, ReadingId { pose, channel: joint });
     for (index, (sweep, start)) in sweeps.iter().zip(&starts).enumerate() {
         let block = Block::vector(format!("sweep{index}"), "", &["a", "c"]).linear();
         let coefficients = builder.add_block(block, &[start.coefficients[0], start.coefficients[1]]);
         let blocks = SinusoidBlocks { position_gain, torque_bias, coefficients };
-        let std: Vec<f64> = sweep.iter().map(|(pose, _)| readings.std(session, *pose, joint)).collect();
+        let std: Vec<f64> = sweep.iter().map(|(pose, _)| std(*pose)).collect();
         let noise = Noise::independent(&std).map_err(|e| Missing::new(e.to_string(), CURE))?;
         builder.add_factor(Factor::new(Sinusoid::new(blocks, pairs[index].clone()), noise));
     }
@@ -161,9 +162,9 @@ fn fit(
         position_gain: found(position_gain, 0.1 * nominal.abs()).and_then(|found| {
             same_sign(found, nominal).ok_or_else(|| Missing::new(format!("the sweeps of {name} are no sinusoid"), CURE))
         }),
-        residual_std: residual_std(&fitted, &sweeps, |pose| readings.std(session, pose, joint)),
+        residual_std: residual_std(&fitted, &sweeps, std),
         degrees_of_freedom: fitted.degrees_of_freedom,
-        largest_residual: largest_residual(&fitted, &sweeps, |pose| readings.std(session, pose, joint)),
+        largest_residual: largest_residual(&fitted, &sweeps, std),
         iterations: fitted.estimate.iterations.len() - 1,
     })
 }

@@ -4,7 +4,7 @@ use gravcal_estimation::{Block, BlockId, Factor, Noise};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{MeasuredDifference, Sinusoid, SinusoidBlocks};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::bias::readings_of;
@@ -75,8 +75,8 @@ impl Observed<'_> {
 
     /// Adds the sinusoid of one sweep, from where it fits best.
     fn add(&self, step: &mut StepProblem, position_gain: BlockId, rows: &Rows) -> Result<Sweep, Missing> {
-        let std: Vec<f64> =
-            rows.iter().map(|(pose, _)| self.known.readings.std(self.session, *pose, self.joint)).collect();
+        let id = |pose| ReadingId { pose, channel: self.joint };
+        let std: Vec<f64> = rows.iter().map(|(pose, _)| self.known.readings.std(self.session, id(*pose))).collect();
         let noise = Noise::independent(&std).map_err(|e| Missing::new(e.to_string(), &self.cure))?;
         let readings: Vec<(f64, f64)> = rows.iter().map(|(_, reading)| *reading).collect();
         let none = || Missing::new("the sweeps of step 3 form no sinusoid", &self.cure);

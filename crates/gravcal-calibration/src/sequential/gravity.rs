@@ -5,7 +5,7 @@ use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::axis_frames::AxisFrames;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{GravitySweep, GravitySweepBlocks};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 use nalgebra::{Complex, Vector3};
 
 use super::bias::readings_of;
@@ -151,7 +151,7 @@ impl Step<'_> {
             u: row(0),
             v: row(1),
             measured: Complex::new(fit.coefficients[0], -fit.coefficients[1]),
-            std: variance.sqrt() * self.known.readings.std(self.session, rows[0].0, SWEPT),
+            std: variance.sqrt() * self.known.readings.std(self.session, ReadingId { pose: rows[0].0, channel: SWEPT }),
         })
     }
 
@@ -184,7 +184,7 @@ impl Step<'_> {
             .flat_map(|sweep| readings_of(self.session, &self.plan.sweeps[*sweep].poses, SWEPT, SWEPT))
             .map(|(pose, (_, torque))| {
                 let position = self.session.poses[pose].position[..=SWEPT].to_vec();
-                ((position, torque), self.known.readings.std(self.session, pose, SWEPT))
+                ((position, torque), self.known.readings.std(self.session, ReadingId { pose, channel: SWEPT }))
             })
             .unzip();
         let noise = Noise::independent(&std).map_err(|e| self.missing(e.to_string()))?;

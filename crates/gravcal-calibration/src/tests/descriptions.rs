@@ -3,7 +3,7 @@
 
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::session::{InertiaPrior, Session};
+use gravcal_robot_model::session::{InertiaPrior, ReadingId, Session};
 use gravcal_session::simulation::{Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 
@@ -20,8 +20,8 @@ struct Known {
     open_torque_gains: usize,
 }
 
-/// Judges the reference protocol's session at the truth, with the readings `(pose, joint)` that are kept.
-fn known(session: &Session, truth: &State, keep: impl Fn(usize, usize) -> bool) -> Known {
+/// Judges the reference protocol's session at the truth, with the readings that are kept.
+fn known(session: &Session, truth: &State, keep: impl Fn(ReadingId) -> bool) -> Known {
     let readings = joint::select(session, Signals::All).only(keep);
     let built = joint::build_problem(session, &readings, truth).unwrap();
     let solved = Solved::at_start(built).unwrap();
@@ -73,9 +73,9 @@ const EVERYTHING_BUT_GAINS: Known =
 fn the_swept_joints_own_torque_tells_no_torque_gain_and_the_offset_only_from_two_positions() {
     let (simulation, session) = protocol(0);
     let swept = swept(&simulation, &session);
-    let own = |pose: usize, joint: usize| swept[pose] == joint;
+    let own = |id: ReadingId| swept[id.pose] == id.channel;
     assert_eq!(known(&session, &simulation.truth, own), EVERYTHING_BUT_GAINS);
-    let steps_1_and_2 = |pose: usize, joint: usize| own(pose, joint) && session.poses[pose].table < 5;
+    let steps_1_and_2 = |id: ReadingId| own(id) && session.poses[id.pose].table < 5;
     let known = known(&session, &simulation.truth, steps_1_and_2);
     assert_eq!(known, Known { offsets: false, ..EVERYTHING_BUT_GAINS });
 }
@@ -85,7 +85,7 @@ fn all_torques_without_a_second_placement_leave_the_common_scale() {
     let common_scale = Known { open_torque_gains: 1, ..EVERYTHING_BUT_GAINS };
     for placements in [0, 1] {
         let (simulation, session) = protocol(placements);
-        let steps_1_and_2 = |pose: usize, _: usize| session.poses[pose].table < 11;
+        let steps_1_and_2 = |id: ReadingId| session.poses[id.pose].table < 11;
         assert_eq!(known(&session, &simulation.truth, steps_1_and_2), common_scale, "{placements}");
     }
 }
@@ -95,13 +95,13 @@ fn two_placements_tell_the_gain_of_every_joint_that_is_read() {
     let (simulation, session) = protocol(2);
     let swept = swept(&simulation, &session);
     // Step 3 reads joint i while i + 1 sweeps; the last joint's own torque only without a load.
-    let paper = |pose: usize, joint: usize| match session.poses[pose].load {
-        None => swept[pose] == joint,
-        Some(_) => swept[pose] == joint + 1,
+    let paper = |ReadingId { pose, channel }: ReadingId| match session.poses[pose].load {
+        None => swept[pose] == channel,
+        Some(_) => swept[pose] == channel + 1,
     };
     let all_but_last = Known { open_torque_gains: 1, ..EVERYTHING_BUT_GAINS };
     assert_eq!(known(&session, &simulation.truth, paper), all_but_last);
-    let and_swept = |pose: usize, joint: usize| paper(pose, joint) || swept[pose] == joint;
+    let and_swept = |id: ReadingId| paper(id) || swept[id.pose] == id.channel;
     let all = Known { open_torque_gains: 0, ..EVERYTHING_BUT_GAINS };
     assert_eq!(known(&session, &simulation.truth, and_swept), all);
 }

@@ -10,7 +10,7 @@ use crate::testing::{sarcos_with_instruments, with_environment};
 
 /// Only the channels for which `keep` holds.
 fn part(session: &Session, keep: impl Fn(usize) -> bool) -> MeasurementSet {
-    joint::select(session, Signals::All).only(|_, channel| keep(channel))
+    joint::select(session, Signals::All).only(|id| keep(id.channel))
 }
 
 fn at_truth(simulation: &Simulation, session: &Session, readings: MeasurementSet) -> Solved {

@@ -283,7 +283,7 @@ fn predictions_are_made_of_gravity_inertia_and_friction() {
             bodies(chain, pose.load.is_some()).chunks(10).flat_map(|body| body[..4].to_vec()).collect();
         let mut torque = vec![0.0; 3];
         chain.gravity_torque(&coordinates, GRAVITY, &moments, &mut torque);
-        let reading = session.reading(reported.id.pose, joint).unwrap().value;
+        let reading = session.reading(reported.id).unwrap().value;
         let friction = reading + reported.residual - parts.gravity - parts.inertia - parts.bias;
         let (speed, direction) = (pose.conditions.velocity[joint], pose.conditions.direction[joint]);
         let expected = coulomb * direction + viscous * speed;

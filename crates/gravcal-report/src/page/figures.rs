@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use gravcal_calibration::result::{EstimatorResult, ReadingResidual, TorqueParts};
 use gravcal_recording::{PositionUnit, file_name};
 use gravcal_robot_model::Session;
+use gravcal_robot_model::session::ReadingId;
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps};
 use maud::{Markup, html};
 use serde::Serialize;
@@ -232,7 +233,7 @@ fn sweeps(session: &Session) -> Vec<SweepData> {
 }
 
 fn readings(session: &Session, channel: usize) -> Channel {
-    let reading = |pose: usize| session.reading(pose, channel).map_or(f64::NAN, |reading| reading.value);
+    let reading = |pose: usize| session.reading(ReadingId { pose, channel }).map_or(f64::NAN, |reading| reading.value);
     Channel {
         index: channel,
         name: session.channel_name(channel),

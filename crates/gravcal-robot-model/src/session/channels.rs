@@ -5,6 +5,7 @@
 use gravcal_recording::Reading;
 
 use super::contents::Session;
+use super::reading_id::ReadingId;
 
 impl Session {
     /// How many there are.
@@ -31,8 +32,8 @@ impl Session {
         }
     }
 
-    /// Its reading in a pose, where there is one.
-    pub fn reading(&self, pose: usize, channel: usize) -> Option<&Reading> {
+    /// The reading of a channel in a pose, where there is one.
+    pub fn reading(&self, ReadingId { pose, channel }: ReadingId) -> Option<&Reading> {
         let pose = &self.poses[pose];
         match channel.checked_sub(self.joints.len()) {
             None => pose.torque[channel].as_ref(),
@@ -41,7 +42,7 @@ impl Session {
     }
 
     /// The same, to be changed.
-    pub fn reading_mut(&mut self, pose: usize, channel: usize) -> Option<&mut Reading> {
+    pub fn reading_mut(&mut self, ReadingId { pose, channel }: ReadingId) -> Option<&mut Reading> {
         let joints = self.joints.len();
         let pose = &mut self.poses[pose];
         match channel.checked_sub(joints) {
@@ -60,7 +61,8 @@ impl Session {
     /// Largest less smallest reading of each channel, in its unit; 0 where there is none.
     pub fn spreads(&self) -> Vec<f64> {
         let spread = |channel| {
-            let values = (0..self.poses.len()).filter_map(|pose| Some(self.reading(pose, channel)?.value));
+            let values =
+                (0..self.poses.len()).filter_map(|pose| Some(self.reading(ReadingId { pose, channel })?.value));
             let range = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
             let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), range);
             (high - low).max(0.0)
@@ -71,7 +73,8 @@ impl Session {
     /// By channel, whether a reading states no standard deviation, so that it is estimated from residuals.
     pub fn noise_estimated(&self) -> Vec<bool> {
         let unstated = |channel| {
-            (0..self.poses.len()).any(|pose| self.reading(pose, channel).is_some_and(|reading| reading.std.is_none()))
+            let mut readings = (0..self.poses.len()).filter_map(|pose| self.reading(ReadingId { pose, channel }));
+            readings.any(|reading| reading.std.is_none())
         };
         (0..self.channel_count()).map(unstated).collect()
     }

@@ -5,6 +5,7 @@ use gravcal_recording::file_name;
 use std::collections::HashSet;
 
 use super::contents::Session;
+use super::reading_id::ReadingId;
 
 /// Repeats are left out where they are more than this share of the poses, and more than so many. With a converter's round readings some
 /// poses may agree by chance.
@@ -18,7 +19,8 @@ impl Session {
         let channels = 0..self.channel_count();
         let of_pose = |index: usize| {
             let pose = &self.poses[index];
-            let readings = channels.clone().map(|channel| self.reading(index, channel).map_or(f64::NAN, |r| r.value));
+            let value = |channel| self.reading(ReadingId { pose: index, channel }).map_or(f64::NAN, |r| r.value);
+            let readings = channels.clone().map(value);
             let conditions = &pose.conditions;
             let lists =
                 [&conditions.temperature, &conditions.velocity, &conditions.acceleration, &conditions.direction];

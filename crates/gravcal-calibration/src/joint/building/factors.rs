@@ -33,7 +33,7 @@ pub(in crate::joint) fn add_readings(
     let mut single: Option<Arc<dyn Residual>> = None;
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
         std.clear();
-        std.extend(used.iter().map(|channel| readings.std(session, pose, *channel)));
+        std.extend(used.iter().map(|channel| readings.std(session, ReadingId { pose, channel: *channel })));
         // Most poses are as noisy as the one before.
         let noise = match &last {
             Some((alike, noise)) if *alike == std => noise.clone(),
@@ -112,7 +112,9 @@ impl<'s> Models<'s> {
     fn residual(&mut self, index: usize, used: &[usize], length: impl Fn(BlockId) -> usize) -> Arc<dyn Residual> {
         let (session, pose) = (self.session, &self.session.poses[index]);
         let load = pose.load.map_or(0, |load| load + 1);
-        let value = |channel: usize| session.reading(index, channel).map_or(f64::NAN, |reading| reading.value);
+        let value = |channel: usize| {
+            session.reading(ReadingId { pose: index, channel }).map_or(f64::NAN, |reading| reading.value)
+        };
         let torques: Vec<(usize, f64)> =
             used.iter().filter(|channel| **channel < session.joints.len()).map(|c| (*c, value(*c))).collect();
         // Most poses are read by joints alone.

@@ -8,7 +8,7 @@ use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Noise, NoiseError, ProblemBuilder};
 use gravcal_robot_model::residual_models::{ResidualInUse, Tie};
 use gravcal_robot_model::residuals::{ModelledResidual, ModelledScene, PositionTerms};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::building::factors::once;
 use crate::joint::measurement_set::MeasurementSet;
@@ -44,8 +44,8 @@ pub(in crate::joint) fn add_residuals(
 impl MeasurementSet {
     /// Whether a pose takes part: where any reading of it enters, or where it has none that could be left out.
     fn enters(&self, session: &Session, pose: usize) -> bool {
-        let is_read = || (0..session.channel_count()).any(|channel| session.reading(pose, channel).is_some());
-        !self.used[pose].is_empty() || !is_read()
+        let is_read = |channel| session.reading(ReadingId { pose, channel }).is_some();
+        !self.used[pose].is_empty() || !(0..session.channel_count()).any(is_read)
     }
 }
 

@@ -11,7 +11,7 @@ use gravcal_dynamics::{Chain, JointKind};
 use gravcal_estimation::{BlockId, RankAnalysis};
 use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
 use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::joint::ends::surroundings::{Place, Surroundings};
@@ -146,7 +146,7 @@ impl Solved {
         let poses = (0..session.poses.len()).filter(|pose| self.readings().used[*pose].contains(&joint));
         let weighed = poses.filter(|pose| session.poses[*pose].load.is_none()).filter_map(|pose| {
             let reading = session.poses[pose].torque[joint]?;
-            Some((reading.value, self.readings().std(session, pose, joint).powi(-2)))
+            Some((reading.value, self.readings().std(session, ReadingId { pose, channel: joint }).powi(-2)))
         });
         let weighed: Vec<(f64, f64)> = weighed.collect();
         let all: f64 = weighed.iter().map(|(_, weight)| weight).sum();

@@ -362,7 +362,7 @@ mod tests {
             session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
         }
         let decided = |every: usize| {
-            let readings = select(&wrong, Signals::All).only(|pose, _| pose % every == 0);
+            let readings = select(&wrong, Signals::All).only(|id| id.pose % every == 0);
             with_environment(|environment| {
                 let solved = solve(&wrong, &readings, None, environment)?;
                 let (rows, rank) = (solved.judged_problem().rows(), solved.analysis.rank());

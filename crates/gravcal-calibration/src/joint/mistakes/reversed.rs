@@ -258,7 +258,7 @@ fn agreement(session: &Session, solved: &Solved, state: &State) -> Option<f64> {
     let informative: Vec<ReadingId> = solved.built.rows.iter().copied().filter(of_one_that_turns).collect();
     let noise = |id: &ReadingId| {
         let gain = state.sensors[id.channel][SensorParameter::TorqueGain as usize].abs();
-        solved.readings().std(session, id.pose, id.channel) / gain
+        solved.readings().std(session, *id) / gain
     };
     if !is_seen(&informative, &estimated, noise) {
         return None;

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use gravcal_estimation::{Block, BlockId, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::Shifted;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
@@ -66,15 +66,15 @@ impl MeasurementSet {
     /// Whether a channel's errors are larger than chance would make them of noise alone.
     pub(in crate::joint) fn errs_beyond_chance(&self, session: &Session, channel: usize) -> bool {
         let poses = (0..session.poses.len()).filter(|pose| self.used[*pose].contains(&channel));
-        let own: Vec<f64> = poses.map(|pose| self.own_std(session, pose, channel).powi(2)).collect();
+        let own: Vec<f64> = poses.map(|pose| self.own_std(session, ReadingId { pose, channel }).powi(2)).collect();
         let (count, sum) = (own.len().max(1) as f64, own.iter().sum::<f64>());
         self.unexplained[channel] > CHANCE * (2.0 / count).sqrt() * sum / count
     }
 
     /// Variance of what friction leaves in a reading of which nobody knows from which side its joint came.
-    pub(in crate::joint) fn of_unknown_side(&self, session: &Session, pose: usize, channel: usize) -> f64 {
-        let std = self.at_rest.get(channel).copied().unwrap_or(0.0);
-        if std > 0.0 && side(session, pose, channel) == Some(0.0) { std * std } else { 0.0 }
+    pub(in crate::joint) fn of_unknown_side(&self, session: &Session, id: ReadingId) -> f64 {
+        let std = self.at_rest.get(id.channel).copied().unwrap_or(0.0);
+        if std > 0.0 && side(session, id) == Some(0.0) { std * std } else { 0.0 }
     }
 }
 
@@ -103,8 +103,11 @@ pub(in crate::joint) fn around(
     inner: Arc<dyn Residual>,
 ) -> Arc<dyn Residual> {
     let bias = |joint: usize| variables.sensors[joint][SensorParameter::TorqueBias as usize];
-    let shifted: Vec<(BlockId, f64)> =
-        unknown.joints.iter().map(|joint| (bias(*joint), side(session, pose, *joint).unwrap_or(0.0))).collect();
+    let shifted: Vec<(BlockId, f64)> = unknown
+        .joints
+        .iter()
+        .map(|joint| (bias(*joint), side(session, ReadingId { pose, channel: *joint }).unwrap_or(0.0)))
+        .collect();
     if shifted.iter().all(|(_, side)| *side == 0.0) {
         return inner;
     }
@@ -169,11 +172,12 @@ impl Solved {
     }
 }
 
-/// From which side a joint came to a standstill that was found in a recording: 0 where nobody knows, nothing of any other pose.
-fn side(session: &Session, pose: usize, joint: usize) -> Option<f64> {
-    let pose = &session.poses[pose];
-    let side = pose.conditions.direction.get(joint)?;
-    let stands = pose.sweep_label.is_none() && pose.torque[joint].is_some();
+/// From which side the joint whose torque is read came to a standstill that was found in a recording: 0 where nobody knows, nothing of
+/// any other pose.
+fn side(session: &Session, id: ReadingId) -> Option<f64> {
+    let pose = &session.poses[id.pose];
+    let side = pose.conditions.direction.get(id.channel)?;
+    let stands = pose.sweep_label.is_none() && session.reading(id).is_some();
     stands.then(|| if *side == 0.0 { 0.0 } else { side.signum() })
 }
 
@@ -190,7 +194,8 @@ impl Sides {
         if !session.searched.iter().any(|searched| searched.standstills.is_some()) {
             return None;
         }
-        let sides = (0..session.poses.len()).filter_map(|pose| side(session, pose, joint)).filter(|side| *side != 0.0);
+        let of = |pose| side(session, ReadingId { pose, channel: joint });
+        let sides = (0..session.poses.len()).filter_map(of).filter(|side| *side != 0.0);
         let (rising, all) = sides.fold((0, 0), |(rising, all), side| (rising + usize::from(side > 0.0), all + 1));
         (all >= LEAST).then_some(Sides { rising, all })
     }
@@ -259,11 +264,11 @@ mod tests {
     fn where_nobody_knows_the_side_what_friction_leaves_is_an_error_of_either_sign() {
         let session = standing(|pose, _| [1.0, 0.0, -1.0][pose % 3]);
         let readings = MeasurementSet { at_rest: vec![1.5, 0.0, 0.0], ..select(&session, Signals::All) };
-        let of = |pose, joint| readings.of_unknown_side(&session, pose, joint);
+        let of = |pose, channel| readings.of_unknown_side(&session, ReadingId { pose, channel });
         assert_eq!([of(0, 0), of(1, 0), of(2, 0), of(1, 1)], [0.0, 2.25, 0.0, 0.0]);
         let mut tables = session.clone();
         tables.poses[1].conditions.direction.clear();
-        assert_eq!(readings.of_unknown_side(&tables, 1, 0), 0.0);
+        assert_eq!(readings.of_unknown_side(&tables, ReadingId { pose: 1, channel: 0 }), 0.0);
     }
 
     /// Friction of the first joint with a prior of this standard deviation, as the readings alone tell it.

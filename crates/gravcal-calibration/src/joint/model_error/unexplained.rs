@@ -51,8 +51,9 @@ impl MeasurementSet {
         if session.unexplained_errors()[channel] != UnexplainedError::Estimated {
             return None;
         }
-        let read = (0..session.poses.len()).filter(|pose| session.reading(*pose, channel).is_some());
-        let own: Vec<f64> = read.map(|pose| self.own_std(session, pose, channel).powi(2)).collect();
+        let all = (0..session.poses.len()).map(|pose| ReadingId { pose, channel });
+        let read = all.filter(|id| session.reading(*id).is_some());
+        let own: Vec<f64> = read.map(|id| self.own_std(session, id).powi(2)).collect();
         let beyond = residual_std * residual_std - own.iter().sum::<f64>() / own.len().max(1) as f64;
         (beyond > 0.0).then_some(beyond)
     }
@@ -83,11 +84,10 @@ impl Solved {
     /// The readings of each channel.
     fn unexplained_rows(&self, session: &Session) -> Result<Vec<Vec<ErrorRow>>, EvaluateError> {
         let mut rows = vec![Vec::new(); session.channel_count()];
-        for (ReadingId { pose, channel }, row) in self.built.rows.iter().zip(self.row_residuals()?) {
-            let residual = row.whitened * self.readings().std(session, *pose, *channel);
-            let noise = self.readings().own_std(session, *pose, *channel).powi(2)
-                + self.readings().of_unknown_side(session, *pose, *channel);
-            rows[*channel].push(ErrorRow {
+        for (id, row) in self.built.rows.iter().zip(self.row_residuals()?) {
+            let residual = row.whitened * self.readings().std(session, *id);
+            let noise = self.readings().own_std(session, *id).powi(2) + self.readings().of_unknown_side(session, *id);
+            rows[id.channel].push(ErrorRow {
                 noise,
                 squared: residual * residual,
                 freedom: (1.0 - row.leverage).max(0.0),
@@ -99,9 +99,9 @@ impl Solved {
     /// Whether unexplained errors of these variances are those of the solution but for a share of each channel's error.
     pub(in crate::joint) fn stands_with(&self, session: &Session, unexplained: &[f64], tolerance: f64) -> bool {
         let mut own = vec![(0.0, 0.0); session.channel_count()];
-        for ReadingId { pose, channel } in &self.built.rows {
-            let noise = self.readings().own_std(session, *pose, *channel).powi(2);
-            own[*channel] = (own[*channel].0 + noise, own[*channel].1 + 1.0);
+        for id in &self.built.rows {
+            let noise = self.readings().own_std(session, *id).powi(2);
+            own[id.channel] = (own[id.channel].0 + noise, own[id.channel].1 + 1.0);
         }
         let stands = |((new, old), (noise, count)): ((&f64, &f64), (f64, f64))| {
             (new - old).abs() <= 2.0 * tolerance * (noise / f64::max(count, 1.0) + old)

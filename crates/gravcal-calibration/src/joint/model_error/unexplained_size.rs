@@ -63,11 +63,9 @@ impl Solved {
         };
         let rows = self.built.rows.iter().zip(self.gravity_readings(session)?).zip(residuals);
         let (mut left, mut gravity) = (0.0, 0.0);
-        for ((ReadingId { pose, channel }, reading), residual) in
-            rows.filter(|((id, _), _)| id.channel < session.joints.len())
-        {
-            left += (residual * self.readings().std(session, *pose, *channel) / gain(*channel)).powi(2);
-            gravity += (reading / gain(*channel)).powi(2);
+        for ((id, reading), residual) in rows.filter(|((id, _), _)| id.channel < session.joints.len()) {
+            left += (residual * self.readings().std(session, *id) / gain(id.channel)).powi(2);
+            gravity += (reading / gain(id.channel)).powi(2);
         }
         Ok((gravity > 0.0).then(|| (left / gravity).sqrt()))
     }
@@ -92,17 +90,16 @@ impl Solved {
             without.set(self.built.variables.block(id), &[0.0]);
         }
         let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
-        let reading = |(ReadingId { pose, channel }, (with, without)): (&ReadingId, (&f64, &f64))| {
-            (with - without) * self.readings().std(session, *pose, *channel)
-        };
+        let reading =
+            |(id, (with, without)): (&ReadingId, (&f64, &f64))| (with - without) * self.readings().std(session, *id);
         Ok(self.built.rows.iter().zip(with.iter().zip(&without)).map(reading).collect())
     }
 
     /// Root mean square of the readings' own noise, by channel; nothing where nothing is read.
     fn noise_by_channel(&self, session: &Session) -> Vec<Option<f64>> {
         let mut squares = vec![Vec::new(); session.channel_count()];
-        for ReadingId { pose, channel } in &self.built.rows {
-            squares[*channel].push(self.readings().own_std(session, *pose, *channel).powi(2));
+        for id in &self.built.rows {
+            squares[id.channel].push(self.readings().own_std(session, *id).powi(2));
         }
         let mean = |squares: &Vec<f64>| squares.iter().sum::<f64>() / squares.len() as f64;
         squares.iter().map(|own| (!own.is_empty()).then(|| mean(own).sqrt())).collect()

@@ -69,8 +69,7 @@ pub(in crate::joint) fn of_validation(
     let unseen =
         Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
     let MeasurementSet { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
-    let readings =
-        MeasurementSet { spreads, noise, unexplained, at_rest, ..MeasurementSet::select(&unseen, |_, _| true) };
+    let readings = MeasurementSet { spreads, noise, unexplained, at_rest, ..MeasurementSet::select(&unseen, |_| true) };
     // Joints that stand in other sweeps deflect otherwise.
     let prediction = State { deflections: Vec::new(), ..found };
     let readings = bending_as(fitted, readings, &unseen, &prediction)?;
@@ -105,7 +104,7 @@ fn seen_by_second_fit(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Second, EstimateError> {
     let stretches = stretches(session, solved.readings());
-    let part = |held: bool| solved.readings().only(|pose, _| stretches.contains(&pose) == held);
+    let part = |held: bool| solved.readings().only(|id| stretches.contains(&id.pose) == held);
     let start = solved.state(&State::nominal(session));
     let readings = part(false);
     let Ok(seen) = build_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };

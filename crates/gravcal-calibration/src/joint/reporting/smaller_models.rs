@@ -62,7 +62,7 @@ fn prediction(
     (unseen, none): (&BTreeSet<usize>, &[usize]),
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<HeldOut>, EstimateError> {
-    let part = |held_out: bool| solved.readings().only(|pose, _| unseen.contains(&pose) == held_out);
+    let part = |held_out: bool| solved.readings().only(|id| unseen.contains(&id.pose) == held_out);
     let readings = if session.validation.is_empty() { part(false) } else { solved.readings().clone() };
     let mut start = solved.state(&State::nominal(session));
     none.iter().for_each(|place| start.further[*place] = 0.0);

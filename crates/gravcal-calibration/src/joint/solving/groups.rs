@@ -78,7 +78,7 @@ impl MeasurementSet {
     /// Those that enter first, from which values can be had to start with.
     pub(in crate::joint) fn first(&self) -> MeasurementSet {
         match self.order {
-            Order::PoseByPose { from } => self.only(|pose, _| pose < from),
+            Order::PoseByPose { from } => self.only(|id| id.pose < from),
             _ => self.clone(),
         }
     }

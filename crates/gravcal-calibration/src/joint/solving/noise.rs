@@ -43,9 +43,9 @@ impl Solved {
 
     fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
         let rows = self.built.rows.iter().zip(self.row_residuals()?);
-        let of = |(ReadingId { pose, channel }, row): (&ReadingId, RowResidual)| {
-            let std = self.readings().std(session, *pose, *channel);
-            ReadingResidual { channel: *channel, std, row }
+        let of = |(id, row): (&ReadingId, RowResidual)| {
+            let std = self.readings().std(session, *id);
+            ReadingResidual { channel: id.channel, std, row }
         };
         Ok(rows.map(of).collect())
     }
@@ -84,7 +84,7 @@ mod tests {
         if !stated {
             session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
         }
-        let readings = select(&session, Signals::All).only(|pose, _| pose % 6 == 0);
+        let readings = select(&session, Signals::All).only(|id| id.pose % 6 == 0);
         (session, readings)
     }
 

@@ -128,5 +128,5 @@ pub(in crate::joint) fn thinned(session: &Session, readings: &MeasurementSet, po
         (*place as f64 * GOLDEN_SECTION).fract() < share
     });
     let kept: Vec<bool> = kept.collect();
-    readings.only(|pose, _| kept[pose])
+    readings.only(|id| kept[id.pose])
 }

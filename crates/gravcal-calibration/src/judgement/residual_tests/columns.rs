@@ -9,6 +9,7 @@ use gravcal_robot_model::session::{Pose, Session};
 use nalgebra::Vector3;
 
 use super::delayed;
+use super::rows::ReadingRow;
 use crate::joint::Solved;
 
 /// The channel of what all joints do.
@@ -51,8 +52,8 @@ pub struct Columns<'a> {
     session: &'a Session,
     solved: &'a Solved,
     rows: usize,
-    /// By channel, the row, pose and standard deviation of each of its readings.
-    readings: Vec<Vec<(usize, usize, f64)>>,
+    /// By channel.
+    readings: Vec<Vec<ReadingRow>>,
     /// By joint, what a step of its coordinate does to the whitened residuals; empty of joints that slide.
     slopes: Vec<Vec<f64>>,
     /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it.
@@ -82,7 +83,7 @@ impl<'a> Columns<'a> {
         let predictions = delayed::predictions(session, solved)?;
         let mut readings = vec![Vec::new(); session.channel_count()];
         for (row, id) in solved.built.rows.iter().enumerate() {
-            readings[id.channel].push((row, id.pose, solved.readings().std(session, id.pose, id.channel)));
+            readings[id.channel].push(ReadingRow { row, pose: id.pose, std: solved.readings().std(session, *id) });
         }
         let torques = solved.standing_torques(session)?;
         let turned_gravity = turned_gravity(solved)?;
@@ -199,7 +200,7 @@ impl<'a> Columns<'a> {
 
     /// Tables in which a channel is read.
     pub fn tables(&self, channel: usize) -> Vec<usize> {
-        let tables: BTreeSet<usize> = self.poses(channel).map(|(_, pose)| self.session.poses[pose].table).collect();
+        let tables: BTreeSet<usize> = self.poses(channel).map(|pose| self.session.poses[pose].table).collect();
         tables.into_iter().collect()
     }
 
@@ -209,15 +210,15 @@ impl<'a> Columns<'a> {
         tables.collect::<BTreeSet<usize>>().into_iter().collect()
     }
 
-    /// Row and pose of every reading of a channel.
-    fn poses(&self, channel: usize) -> impl Iterator<Item = (usize, usize)> {
-        self.readings[channel].iter().map(|(row, pose, _)| (*row, *pose))
+    /// The pose of every reading of a channel.
+    fn poses(&self, channel: usize) -> impl Iterator<Item = usize> {
+        self.readings[channel].iter().map(|reading| reading.pose)
     }
 
     /// A term that adds to the readings of a channel.
     fn reading(&self, channel: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut column = vec![0.0; self.rows];
-        for (row, pose, std) in &self.readings[channel] {
+        for ReadingRow { row, pose, std } in &self.readings[channel] {
             column[*row] = value(*pose) / std;
         }
         column
@@ -225,10 +226,9 @@ impl<'a> Columns<'a> {
 
     /// A term that adds to the readings of a channel, by the slopes of their predictions over time.
     fn of_slopes(&self, channel: usize, value: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
-        let own: Vec<(usize, usize)> = self.poses(channel).collect();
         let mut column = vec![0.0; self.rows];
-        let slopes = delayed::slopes(self.session, &self.predictions, &own);
-        for ((row, _, std), slopes) in self.readings[channel].iter().zip(slopes) {
+        let slopes = delayed::slopes(self.session, &self.predictions, &self.readings[channel]);
+        for (ReadingRow { row, std, .. }, slopes) in self.readings[channel].iter().zip(slopes) {
             column[*row] = value(slopes) / std;
         }
         column
@@ -266,7 +266,7 @@ impl<'a> Columns<'a> {
     /// Time (or order) since the first pose of a channel that is of the same group.
     fn time_since(&self, channel: usize, group: impl Fn(usize) -> usize) -> Vec<f64> {
         let mut first: BTreeMap<usize, f64> = BTreeMap::new();
-        for (_, pose) in self.poses(channel) {
+        for pose in self.poses(channel) {
             let since = first.entry(group(pose)).or_insert(f64::INFINITY);
             *since = since.min(self.when(pose));
         }
@@ -276,7 +276,7 @@ impl<'a> Columns<'a> {
     /// Time (or order) less its mean over the poses of a channel that are of one group.
     fn trend(&self, channel: usize, group: impl Fn(usize) -> usize) -> Vec<f64> {
         let mut sums: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
-        for (_, pose) in self.poses(channel) {
+        for pose in self.poses(channel) {
             let (sum, count) = sums.entry(group(pose)).or_default();
             *sum += self.when(pose);
             *count += 1.0;

@@ -11,6 +11,7 @@ use gravcal_estimation::EvaluateError;
 use gravcal_recording::FILTER_LENGTH;
 use gravcal_robot_model::session::{ReadingId, Session};
 
+use super::rows::ReadingRow;
 use crate::joint::Solved;
 
 /// Width of a Hann window in its length, `√(1/12 − 1/(2π²))`, times that of a filter of 1 Hz.
@@ -34,20 +35,20 @@ pub fn predictions(session: &Session, solved: &Solved) -> Result<Vec<f64>, Evalu
         return Ok(Vec::new());
     }
     let residuals = solved.built.problem.residuals(&solved.estimate.values)?;
-    let prediction = |(ReadingId { pose, channel }, residual): (&ReadingId, f64)| {
-        let reading = session.reading(*pose, *channel).map_or(0.0, |reading| reading.value);
-        reading + residual * solved.readings().std(session, *pose, *channel)
+    let prediction = |(id, residual): (&ReadingId, f64)| {
+        let reading = session.reading(*id).map_or(0.0, |reading| reading.value);
+        reading + residual * solved.readings().std(session, *id)
     };
     Ok(solved.built.rows.iter().zip(residuals).map(prediction).collect())
 }
 
-/// First and second slope over time at each of a channel's rows; zero where the windows beside are not there. `rows`: row and pose of each.
-pub fn slopes(session: &Session, predictions: &[f64], rows: &[(usize, usize)]) -> Vec<[f64; 2]> {
+/// First and second slope over time at each of a channel's rows; zero where the windows beside are not there.
+pub fn slopes(session: &Session, predictions: &[f64], rows: &[ReadingRow]) -> Vec<[f64; 2]> {
     let time = |place: usize| {
-        let pose = &session.poses[rows[place].1];
+        let pose = &session.poses[rows[place].pose];
         pose.course.as_ref().and(pose.conditions.time)
     };
-    let table = |place: usize| session.poses[rows[place].1].table;
+    let table = |place: usize| session.poses[rows[place].pose].table;
     let step = |place: usize| {
         let later = place + 1;
         let (true, Some(before), Some(after)) =
@@ -67,7 +68,7 @@ pub fn slopes(session: &Session, predictions: &[f64], rows: &[(usize, usize)]) -
         if before.max(after) > FOLLOWS * least || before <= 0.0 || after <= 0.0 {
             return [0.0; 2];
         }
-        let [low, here, high] = [place - 1, place, place + 1].map(|place| predictions[rows[place].0]);
+        let [low, here, high] = [place - 1, place, place + 1].map(|place| predictions[rows[place].row]);
         let (falls, rises) = ((here - low) / before, (high - here) / after);
         [(falls * after + rises * before) / (before + after), 2.0 * (rises - falls) / (before + after)]
     };

@@ -1,7 +1,6 @@
 //! What is looked for in a solution's residuals, and where.
 
 use gravcal_estimation::statistics::ResidualMaker;
-use gravcal_robot_model::session::ReadingId;
 
 use super::candidate::Candidate;
 use super::columns::Term;
@@ -50,12 +49,11 @@ impl Search<'_> {
     /// Whether a channel's residuals are more than the rounding of numbers.
     fn scatters(&self, maker: &ResidualMaker, rows: &Rows, channel: usize) -> bool {
         let own = rows.of_channel(channel);
-        let square = |row: &usize| {
-            let ReadingId { pose, .. } = self.solved.built.rows[*row];
-            (maker.residuals()[*row] * self.solved.readings().std(self.session, pose, channel)).powi(2)
-        };
+        let rows = &self.solved.built.rows;
+        let square =
+            |row: &usize| (maker.residuals()[*row] * self.solved.readings().std(self.session, rows[*row])).powi(2);
         let rms = (own.iter().map(square).sum::<f64>() / own.len().max(1) as f64).sqrt();
-        let largest = own.iter().filter_map(|row| self.session.reading(self.solved.built.rows[*row].pose, channel));
+        let largest = own.iter().filter_map(|row| self.session.reading(rows[*row]));
         rms > ROUNDING * largest.map(|reading| reading.value.abs()).fold(0.0, f64::max)
     }
 }

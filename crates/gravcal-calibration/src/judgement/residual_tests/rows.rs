@@ -10,6 +10,15 @@ use crate::joint::Solved;
 /// Degrees of freedom beyond which a scale is as good as known.
 pub const MANY: f64 = 1e6;
 
+/// A reading as a row of a problem.
+#[derive(Clone, Copy, Debug)]
+pub struct ReadingRow {
+    pub row: usize,
+    pub pose: usize,
+    /// Its standard deviation, in its unit.
+    pub std: f64,
+}
+
 /// Rows of a problem by what they read. Owners are the channels, and knowledge as the last one.
 #[derive(Debug)]
 pub struct Rows {
