@@ -3,9 +3,10 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
+use super::assembled::Problem;
 use super::check::{ProblemError, check_blocks, check_constraints, check_factors};
+use super::evaluate::Rows;
 use super::offsets::offsets;
-use super::{Problem, Rows};
 use crate::derivative_check::panic_message;
 use crate::{Block, BlockId, Constraint, Factor, Values};
 

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::assembled::Problem;
 use super::basis::Basis;
-use super::structure::Shape;
-use super::{Place, Problem, RowPlan, Structure};
+use super::structure::{Place, RowPlan, Shape, Structure};
 use crate::batch::evaluate_batch;
 use crate::noise::Weights;
 use crate::reference::Pull;
