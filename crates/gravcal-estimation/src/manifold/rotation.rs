@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use crate::check_manifold;
 
-    const TURNED: [f64; 4] = [0.5, -0.1, 0.7, -0.5];
+    const TURNED: [f64; 4] = [0.6, -0.1, 0.7, -0.5];
 
     fn unit(q: [f64; 4]) -> [f64; 4] {
         let length = q.iter().map(|c| c * c).sum::<f64>().sqrt();

@@ -68,7 +68,9 @@ pub(in crate::joint) fn likeliest_of_other_starts(
             let part = thinned(session, readings, TELLING);
             let first = solve_from(session, &part, solved.state(&nominal), environment)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
-            let starts = of_part.plausible().into_iter().cloned().collect();
+            // The first end of the part is that of all readings.
+            let led_here = usize::from(!of_part.is_another);
+            let starts = of_part.plausible().into_iter().skip(led_here).cloned().collect();
             let mut likeliest = Likeliest::first(solved.into_end(session)?);
             likeliest.or_from(starts, follow, environment);
             likeliest
