@@ -286,6 +286,8 @@ impl Hypothesis {
 mod tests {
     use super::*;
     use crate::joint::{Signals, select, solve};
+    use crate::result::Verdict;
+    use crate::testing::sensor_models::estimate;
     use crate::testing::{sarcos_shoulder, with_environment};
     use gravcal_robot_model::session::{ParameterPrior, PriorKind};
 
@@ -375,6 +377,37 @@ mod tests {
         let ((many, of_many), (few, of_few)) = (decided(6), decided(45));
         assert!(many > 1.5 && of_many, "{many}");
         assert!(few < 1.5 && !of_few, "{few}");
+    }
+
+    /// The reference protocol without a stated noise, the signs of its sensors declared.
+    fn without_noise() -> Session {
+        let mut session = sarcos_shoulder().session(0);
+        session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
+        session.joints.iter_mut().for_each(|joint| joint.torque_sign_declared = true);
+        session
+    }
+
+    fn assert_blamed(session: &Session, what: &str) {
+        let result = estimate(session);
+        assert_eq!(result.verdict, Verdict::Failed, "{:?}", result.notes);
+        assert!(result.notes.iter().any(|note| note.contains(what)), "{:?}", result.notes);
+    }
+
+    #[test]
+    fn a_zero_half_a_turn_away_is_named() {
+        let mut session = without_noise();
+        session.poses.iter_mut().for_each(|pose| pose.position[1] += PI);
+        assert_blamed(&session, "zero is half a turn away: joint2");
+    }
+
+    #[test]
+    fn gravity_just_beyond_the_declared_hemisphere_is_named() {
+        let mut session = without_noise();
+        let g = Vector3::from(sarcos_shoulder().truth.gravity).normalize();
+        let across = g.cross(&Vector3::x()).normalize();
+        let (sine, cosine) = 3f64.to_radians().sin_cos();
+        session.gravity.hemisphere = Some((cosine * across - sine * g).into());
+        assert_blamed(&session, "gravity in the other hemisphere");
     }
 
     #[test]

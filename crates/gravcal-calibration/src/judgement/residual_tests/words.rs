@@ -231,14 +231,18 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::Gravity { file } => (
             format!(
-                "The residuals show gravity turned by {}° in {file} against the other tables: the base stood otherwise.",
+                "The residuals of all joints show gravity turned by {}° in {file} against the other tables.",
                 significant(test.size.to_degrees(), 2)
             ),
-            "Record all tables with the base where it is, or calibrate those before and after by themselves.".into(),
+            "Either the base stood otherwise, or a load is not as stated (mass_kg, position_m). Record all tables with the base where it is, or \
+             calibrate those before and after by themselves."
+                .into(),
         ),
         ResidualTestKind::PositionOffset { file } => (
             format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
-            "If it was homed anew between the tables, record all of them after one homing, or calibrate those before and after by themselves.".into(),
+            "Either it was homed anew between the tables, or the load is not where position_m says, or the joint gives way under it. Record all \
+             tables after one homing, or calibrate those before and after by themselves."
+                .into(),
         ),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
