@@ -5,15 +5,25 @@ use std::path::Path;
 
 use csv::StringRecord;
 
-use crate::csv_lines::CsvWriting;
+use crate::csv_lines::{CsvFormat, CsvWriting};
 use crate::error::ReadError;
 use crate::rows::MOST_COLUMNS;
 
-/// Names of columns without a header: those that are said, else their numbers.
-pub(crate) fn columns_without_header(path: &Path, count: usize, said: &CsvWriting) -> Result<Vec<String>, ReadError> {
+/// Names of columns without a header: those that are said, else those in a comment `before` the first row, which has so many cells, else
+/// their numbers. Who says that there is no header means comments, too.
+pub(crate) fn columns_without_header(
+    path: &Path,
+    (format, before): (CsvFormat, &[Vec<u8>]),
+    count: usize,
+    said: &CsvWriting,
+) -> Result<Vec<String>, ReadError> {
     check_count(path, count)?;
     match &said.columns {
-        None => Ok((1..=count).map(|column| format!("column{column}")).collect()),
+        None => {
+            let commented = format.commented_header(before, count).filter(|_| said.header.is_none());
+            let numbered = || (1..=count).map(|column| format!("column{column}")).collect();
+            Ok(commented.map_or_else(numbered, |names| names.iter().map(str::to_owned).collect()))
+        }
         Some(names) if names.len() == count => Ok(names.clone()),
         Some(names) => Err(ReadError::OtherColumns { path: path.to_owned(), names: names.clone(), found: count }),
     }
@@ -28,7 +38,7 @@ pub(crate) fn check_count(path: &Path, found: usize) -> Result<(), ReadError> {
 }
 
 /// Name of a first column without one, as where there is no header.
-const FIRST_COLUMN: &str = "column1";
+pub(crate) const FIRST_COLUMN: &str = "column1";
 
 /// The names in a header.
 pub(crate) fn column_names(path: &Path, line: u64, header: &StringRecord) -> Result<Vec<String>, ReadError> {

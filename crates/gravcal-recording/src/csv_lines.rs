@@ -1,5 +1,6 @@
 //! The lines of a CSV file as cells, one at a time.
 
+use std::collections::HashSet;
 use std::io::{self, BufRead};
 use std::path::{Path, PathBuf};
 
@@ -83,6 +84,19 @@ impl CsvFormat {
         // A single line of numbers may be the names of columns that nothing follows.
         let found = || !(is_numbers(header) && rows.iter().all(is_numbers));
         CsvFormat { header: said.header.unwrap_or_else(found), ..format }
+    }
+
+    /// The names of columns that stand in a comment right before the first row, as numpy's `savetxt` writes them: as many cells as the row
+    /// has, none of them a number and no two the same. `before`: the lines between the first row and what is before it.
+    pub(crate) fn commented_header(self, before: &[Vec<u8>], cells_of_row: usize) -> Option<StringRecord> {
+        let comment = std::str::from_utf8(before.last()?).ok()?.trim().strip_prefix('#')?;
+        let mut found = StringRecord::new();
+        if cells_of_row < 2 || !cells(comment, self.delimiter, &mut found) || found.len() != cells_of_row {
+            return None;
+        }
+        let names: HashSet<&str> = found.iter().map(str::trim).collect();
+        let is_name = |cell: &&str| !cell.is_empty() && self.number(cell).is_none() && !is_nan(cell);
+        (names.len() == cells_of_row && names.iter().all(is_name)).then(|| found.iter().map(str::trim).collect())
     }
 
     /// A number as a cell says it.

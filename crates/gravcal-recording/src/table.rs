@@ -10,6 +10,7 @@ use crate::error::{Place, ReadError};
 use crate::file::read_whole;
 use crate::iso8601;
 use crate::rows::missing::{Missing, NOT_FINITE, report_missing};
+use crate::rows::stamp::Stamp;
 use crate::rows::{self, Kind, Rows, kind, open};
 
 /// The most bytes of a CSV file that are held in memory: some million poses. Recordings in motion are read row by row.
@@ -92,16 +93,17 @@ impl Table {
     }
 
     fn parse_as(path: &Path, bytes: &[u8], format: CsvFormat, said: &CsvWriting) -> Result<Table, ReadError> {
-        let mut rows = records(path, bytes, format.delimiter)?;
+        let (mut rows, before) = records(path, bytes, format.delimiter)?;
         let first = rows.first().ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
         let columns = match format.header {
             true => column_names(path, first.line, &first.cells)?,
-            false => columns_without_header(path, first.cells.len(), said)?,
+            false => columns_without_header(path, (format, &before), first.cells.len(), said)?,
         };
         if format.header {
             rows.remove(0);
         }
         check_rows(path, columns.len(), &rows)?;
+        let columns = with_stamps(columns, &mut rows, format);
         let remarks = report_missing(NOT_FINITE, missing(&columns, &rows).into_iter()).into_iter().collect();
         Ok(Table { path: path.to_owned(), columns, rows, format, dates: Vec::new(), remarks })
     }
@@ -199,10 +201,10 @@ impl Table {
     }
 }
 
-/// All lines with cells in them, the header among them, of any number of cells.
-fn records(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Vec<Row>, ReadError> {
+/// All lines with cells in them, the header among them, of any number of cells, and the comments before the first.
+fn records(path: &Path, bytes: &[u8], delimiter: u8) -> Result<(Vec<Row>, Vec<Vec<u8>>), ReadError> {
     let mut lines = Lines::new(path, bytes);
-    let mut rows = Vec::new();
+    let (mut rows, mut before) = (Vec::new(), Vec::new());
     while let Some(Line { number: line, text }) = lines.read()? {
         let text = text.ok_or_else(|| ReadError::NotUtf8 { path: path.to_owned(), line })?;
         let mut found = StringRecord::new();
@@ -210,8 +212,23 @@ fn records(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Vec<Row>, ReadErr
             return Err(ReadError::LineBreak { path: path.to_owned(), line });
         }
         rows.push(Row { line, cells: found });
+        if rows.len() == 1 {
+            before = lines.skipped().to_vec();
+        }
     }
-    Ok(rows)
+    Ok((rows, before))
+}
+
+/// The names of columns, and a column more where two are one time.
+fn with_stamps(mut columns: Vec<String>, rows: &mut [Row], format: CsvFormat) -> Vec<String> {
+    let Some(stamp) = Stamp::find(&columns) else { return columns };
+    columns.push(Stamp::column());
+    for row in rows {
+        let numbers: Vec<f64> = row.cells.iter().map(|cell| format.number(cell.trim()).unwrap_or(f64::NAN)).collect();
+        let time = stamp.time(&numbers);
+        row.cells.push_field(&if time.is_nan() { String::new() } else { format.text(time) });
+    }
+    columns
 }
 
 /// How often each column is NaN.

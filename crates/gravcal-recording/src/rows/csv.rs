@@ -2,7 +2,8 @@
 //!
 //! How it is written is found: what stands between cells is the sign (comma, semicolon or tab) that the first line has
 //! most of; numbers have a decimal comma where cells with one in the first rows are numbers, and none has a point; there is no
-//! header where every cell of the first line is a number, or a date with a time. A column of such dates is one of seconds.
+//! header where every cell of the first line is a number, or a date with a time, unless a comment right before it has as many names. A
+//! column of such dates is one of seconds. Two columns that are one time (`sec` and `nanosec`) make another, `time_s`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,9 +13,10 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
-use super::missing::{Missing, NOT_FINITE, report_missing};
+use super::missing::{Missing, NO_DATES, NOT_FINITE, report_missing};
+use super::stamp::Stamp;
 use super::{Row, Rows, Source};
-use crate::column_names::{column_names, columns_without_header};
+use crate::column_names::{FIRST_COLUMN, column_names, columns_without_header};
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells, is_nan};
 use crate::error::ReadError;
 use crate::file::opened;
@@ -35,8 +37,12 @@ pub(crate) struct CsvRows {
     comments: Vec<Vec<u8>>,
     /// The first row, which is read ahead.
     first: Option<Row>,
-    /// What each column holds.
+    /// What each column of the file holds.
     held: Vec<Held>,
+    /// Two columns that are one time, which is a column more than the file has.
+    stamp: Option<Stamp>,
+    /// Whether the names of columns stand in a comment.
+    commented: bool,
     /// Lines that are left out by reason, and the first of each.
     left_out: BTreeMap<&'static str, (u64, u64)>,
     /// Line and number of cells of the first row with more or fewer cells than the header.
@@ -90,7 +96,7 @@ impl Held {
 /// Which cells count as missing, in words, in columns that hold numbers, dates, or neither.
 const MISSING: [(Option<bool>, &str); 3] = [
     (Some(false), NOT_FINITE),
-    (Some(true), "cells that are no dates with times (ISO 8601)"),
+    (Some(true), NO_DATES),
     (None, "cells that are neither finite numbers nor dates with times such as 2024-05-01T12:00:00.010Z (ISO 8601)"),
 ];
 
@@ -128,9 +134,13 @@ impl CsvRows {
         let line = read_header(path, &mut lines, format.delimiter, &mut header)?;
         let columns = match format.header {
             true => column_names(path, line, &header)?,
-            false => columns_without_header(path, header.len(), said)?,
+            false => columns_without_header(path, (format, lines.skipped()), header.len(), said)?,
         };
+        let commented =
+            !format.header && said.columns.is_none() && columns.first().is_some_and(|name| name != FIRST_COLUMN);
         let held = vec![Held::default(); columns.len()];
+        let stamp = Stamp::find(&columns);
+        let columns = columns.into_iter().chain(stamp.map(|_| Stamp::column())).collect();
         let (comments, skipped) = (lines.skipped().to_vec(), Vec::new());
         let (path, left_out, cells) = (path.to_owned(), BTreeMap::new(), header.clone());
         let mut rows = CsvRows {
@@ -145,6 +155,8 @@ impl CsvRows {
             comments,
             first: None,
             held,
+            stamp,
+            commented,
             left_out,
             first_ragged: None,
         };
@@ -194,7 +206,7 @@ impl CsvRows {
     fn without_rows(self) -> ReadError {
         match self.first_ragged {
             None => ReadError::NoRows { path: self.path },
-            Some((line, found)) => ReadError::Ragged { path: self.path, line, expected: self.columns.len(), found },
+            Some((line, found)) => ReadError::Ragged { path: self.path, line, expected: self.held.len(), found },
         }
     }
 
@@ -208,7 +220,7 @@ impl CsvRows {
             let why = match text {
                 None => "no UTF-8 text",
                 Some(text) if !cells(text, self.format.delimiter, &mut self.cells) => "a quote is not closed",
-                Some(_) if self.cells.len() != self.columns.len() => {
+                Some(_) if self.cells.len() != self.held.len() => {
                     self.first_ragged.get_or_insert((number, self.cells.len()));
                     "more or fewer cells than columns"
                 }
@@ -228,6 +240,7 @@ impl CsvRows {
         for (text, held) in self.cells.iter().zip(&mut self.held) {
             row.cells.push(held.take(text, row.number, self.format));
         }
+        row.cells.extend(self.stamp.map(|stamp| stamp.time(&row.cells)));
     }
 }
 
@@ -258,7 +271,11 @@ impl Rows for CsvRows {
             _ => "tabs",
         };
         let decimal = if self.format.decimal_comma { ", decimal commas" } else { "" };
-        let header = if self.format.header { "" } else { ", no header" };
+        let header = match (self.format.header, self.commented) {
+            (true, _) => "",
+            (false, true) => ", header in a comment",
+            (false, false) => ", no header",
+        };
         Source { kind: format!("CSV file ({delimiter} between cells{decimal}{header})"), topics: Vec::new() }
     }
 

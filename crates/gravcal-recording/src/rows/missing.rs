@@ -3,6 +3,9 @@
 /// Cells that count as missing where numbers stand: NaN above all, which robots log for a joint without a sensor.
 pub(crate) const NOT_FINITE: &str = "cells that are no finite numbers";
 
+/// The same where dates with times stand.
+pub(crate) const NO_DATES: &str = "cells that are no dates with times (ISO 8601)";
+
 /// What of a column counts as missing.
 pub(crate) struct Missing<'a> {
     pub column: &'a str,

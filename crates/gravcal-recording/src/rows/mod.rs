@@ -21,6 +21,7 @@ mod rewrite;
 mod row;
 mod shield;
 mod sqlite;
+pub(crate) mod stamp;
 mod watched;
 mod write;
 

@@ -16,23 +16,32 @@ use arrow_array::{Array, Float64Array, Int64Array, RecordBatch};
 use arrow_schema::{ArrowError, DataType, TimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::basic::Compression;
+use parquet::file::metadata::ParquetMetaData;
 
 pub use self::lengths::CheckedFile;
-use super::missing::{Missing, NOT_FINITE, report_missing};
+use super::missing::{Missing, NO_DATES, NOT_FINITE, report_missing};
 use super::shield::shielded;
+use super::stamp::Stamp;
 use super::{Row, Rows, Source};
 use crate::column_names::check_count;
 use crate::error::ReadError;
 use crate::file::opened;
+use crate::iso8601;
 
 /// Rows that are decoded together, and the most cells in them.
 const BATCH: usize = 4096;
 const BATCH_CELLS: usize = 1 << 20;
 
+/// Texts that are looked at to see whether a column holds dates.
+const FIRST_TEXTS: usize = 64;
+
 /// Rows of a Parquet file.
 pub(crate) struct ParquetRows {
     path: PathBuf,
     columns: Vec<String>,
+    /// Two columns that are one time, which is a column more than the file has.
+    stamp: Option<Stamp>,
     /// Which of them hold dates with times.
     dates: Vec<bool>,
     batches: ParquetRecordBatchReader,
@@ -49,15 +58,20 @@ pub(crate) struct ParquetRows {
 impl ParquetRows {
     /// Opens a file.
     pub(crate) fn open(path: &Path) -> Result<ParquetRows, ReadError> {
-        let file = opened(path).map_err(|cause| ReadError::opening(path, cause))?;
-        let builder = checked_parquet(file).map_err(|what| damaged(path, &what))?;
+        let file = || opened(path).map_err(|cause| ReadError::opening(path, cause));
+        let builder = checked_parquet(file()?).map_err(|what| damaged(path, &what))?;
+        check_compression(path, builder.metadata())?;
         let fields = builder.schema().fields();
-        let numbers: Vec<usize> = (0..fields.len()).filter(|field| is_number(fields[*field].data_type())).collect();
+        let texts: Vec<usize> = (0..fields.len()).filter(|field| is_text(fields[*field].data_type())).collect();
+        let texts = text_of_dates(path, file()?, &texts)?;
+        let is_read = |field: &usize| is_number(fields[*field].data_type()) || texts.contains(field);
+        let numbers: Vec<usize> = (0..fields.len()).filter(is_read).collect();
         let columns: Vec<String> = numbers.iter().map(|field| fields[*field].name().clone()).collect();
-        let dates = numbers.iter().map(|field| matches!(fields[*field].data_type(), DataType::Timestamp(..))).collect();
-        let others = fields.iter().filter(|field| !is_number(field.data_type()));
-        let remarks =
-            others.map(|field| format!("column `{}` is left out: it holds no numbers", field.name())).collect();
+        let is_date =
+            |field: &usize| matches!(fields[*field].data_type(), DataType::Timestamp(..)) || texts.contains(field);
+        let dates = numbers.iter().map(is_date).collect();
+        let others = (0..fields.len()).filter(|field| !is_read(field)).map(|field| fields[field].name());
+        let remarks = others.map(|field| format!("column `{field}` is left out: it holds no numbers")).collect();
         let metadata = metadata(builder.metadata().file_metadata().key_value_metadata());
         let total = u64::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
         if columns.is_empty() {
@@ -72,9 +86,12 @@ impl ParquetRows {
         let batch = BATCH.min(BATCH_CELLS / columns.len());
         let batches = taken_apart(path, || builder.with_projection(mask).with_batch_size(batch).build())?;
         let (path, not_finite) = (path.to_owned(), vec![0; columns.len()]);
+        let stamp = Stamp::find(&columns);
+        let columns = columns.into_iter().chain(stamp.map(|_| Stamp::column())).collect();
         Ok(ParquetRows {
             path,
             columns,
+            stamp,
             dates,
             batches,
             batch: Vec::new(),
@@ -121,6 +138,7 @@ impl Rows for ParquetRows {
             *not_finite += u64::from(is_bad);
             row.cells.push(if is_bad { f64::NAN } else { cell });
         }
+        row.cells.extend(self.stamp.map(|stamp| stamp.time(&row.cells)));
         self.next += 1;
         Ok(true)
     }
@@ -134,9 +152,12 @@ impl Rows for ParquetRows {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let columns = self.columns.iter().zip(&self.not_finite);
-        let bad = columns.map(|(column, count)| Missing { column, count: *count, first: None });
-        self.remarks.iter().cloned().chain(report_missing(NOT_FINITE, bad)).collect()
+        let of = |dates: bool, which: &str| {
+            let columns = self.columns.iter().zip(&self.not_finite).zip(&self.dates);
+            let columns = columns.filter(move |(_, of_dates)| **of_dates == dates);
+            report_missing(which, columns.map(|((column, count), _)| Missing { column, count: *count, first: None }))
+        };
+        self.remarks.iter().cloned().chain(of(false, NOT_FINITE)).chain(of(true, NO_DATES)).collect()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {
@@ -153,7 +174,58 @@ fn is_number(kind: &DataType) -> bool {
     kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..) | DataType::Duration(_))
 }
 
-/// The columns of a batch as `f64`; each [`is_number`].
+/// Whether a column holds texts, which may be dates with times.
+fn is_text(kind: &DataType) -> bool {
+    matches!(kind, DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View)
+}
+
+/// Those of some columns of texts whose first one is a date with a time. `file`: the same once more.
+fn text_of_dates(path: &Path, file: File, fields: &[usize]) -> Result<Vec<usize>, ReadError> {
+    if fields.is_empty() {
+        return Ok(Vec::new());
+    }
+    let builder = checked_parquet(file).map_err(|what| damaged(path, &what))?;
+    let mask = ProjectionMask::roots(builder.parquet_schema(), fields.iter().copied());
+    let first =
+        taken_apart(path, || builder.with_projection(mask).with_batch_size(FIRST_TEXTS).build()?.next().transpose())?;
+    let is_date = |column: &dyn Array| texts(column).into_iter().flatten().flatten().next().and_then(iso8601::seconds);
+    let columns = first.iter().flat_map(RecordBatch::columns).zip(fields);
+    Ok(columns.filter(|(column, _)| is_date(column).is_some()).map(|(_, field)| *field).collect())
+}
+
+/// The cells of a column of texts; `None` of another.
+fn texts(column: &dyn Array) -> Option<Vec<Option<&str>>> {
+    Some(match column.data_type() {
+        DataType::Utf8 => column.as_string::<i32>().iter().collect(),
+        DataType::LargeUtf8 => column.as_string::<i64>().iter().collect(),
+        DataType::Utf8View => column.as_string_view().iter().collect(),
+        _ => return None,
+    })
+}
+
+/// Name of a compression that is not read.
+fn not_read(compression: Compression) -> Option<&'static str> {
+    match compression {
+        Compression::BROTLI(_) => Some("brotli"),
+        Compression::LZO => Some("lzo"),
+        _ => None,
+    }
+}
+
+/// Refuses what is compressed in a way that is not read.
+fn check_compression(path: &Path, metadata: &ParquetMetaData) -> Result<(), ReadError> {
+    let columns = metadata.row_groups().iter().flat_map(|group| group.columns());
+    let other = columns.map(|column| column.compression()).find_map(not_read);
+    other.map_or(Ok(()), |other| {
+        let what = format!(
+            "this Parquet file is compressed by {other}, which is not read: write it with snappy, gzip, zstd, lz4 or no compression (pandas: \
+             to_parquet(path, compression=\"zstd\"))"
+        );
+        Err(ReadError::NotRecording { path: path.to_owned(), what })
+    })
+}
+
+/// The columns of a batch as `f64`; each [`is_number`], or a text of dates.
 fn numbers(batch: &RecordBatch) -> Result<Vec<Float64Array>, ArrowError> {
     batch.columns().iter().map(|column| number(column)).collect()
 }
@@ -181,7 +253,14 @@ fn number(column: &dyn Array) -> Result<Float64Array, ArrowError> {
             let ticks = ticks(*unit);
             whole.unary(|whole| whole as f64 / ticks)
         }
-        other => return Err(ArrowError::NotYetImplemented(format!("numbers of type {other}"))),
+        other => match texts(column) {
+            // A text that is no date is no number, which is counted.
+            Some(texts) => {
+                let seconds = |text: Option<&str>| text.map(|text| iso8601::seconds(text.trim()).unwrap_or(f64::NAN));
+                texts.into_iter().map(seconds).collect()
+            }
+            None => return Err(ArrowError::NotYetImplemented(format!("numbers of type {other}"))),
+        },
     })
 }
 
@@ -244,5 +323,19 @@ pub fn shielded_parquet<T, E: Display>(call: impl FnOnce() -> Result<T, E>) -> R
     match shielded(call) {
         Ok(made) => made.map_err(|error| error.to_string()),
         Err(panicked) => Err(panicked.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn compressions_that_are_not_read_have_a_name() {
+        use Compression::{BROTLI, GZIP, LZ4_RAW, LZO, SNAPPY, UNCOMPRESSED, ZSTD};
+        assert_eq!([BROTLI(Default::default()), LZO].map(not_read), [Some("brotli"), Some("lzo")]);
+        for read in [UNCOMPRESSED, SNAPPY, GZIP(Default::default()), ZSTD(Default::default()), LZ4_RAW] {
+            assert_eq!(not_read(read), None);
+        }
     }
 }

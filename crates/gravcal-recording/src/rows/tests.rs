@@ -501,6 +501,89 @@ fn a_csv_file_tells_how_it_is_written() {
     }
 }
 
+/// As numpy's `savetxt` writes it. A comment that is none of names stays a comment, and who says that there is no header means that.
+#[test]
+fn a_comment_with_a_name_for_each_cell_is_the_header() {
+    let bag = Bag::new();
+    let columns = |text: &str| read(&bag.text("a.csv", text)).unwrap().columns;
+    assert_eq!(columns("# made by hand\n# time_s,q, tau\n0,1,2\n"), ["time_s", "q", "tau"]);
+    for text in
+        ["# q,tau\n0,1,2\n", "# q,q,tau\n0,1,2\n", "# 1,q,tau\n0,1,2\n", "# a,b,c\n\n0,1,2\n", "# q, ,tau\n0,1,2\n"]
+    {
+        assert_eq!(columns(text), ["column1", "column2", "column3"], "{text}");
+    }
+    assert_eq!(columns("# a,b\nq,tau\n1,2\n"), ["q", "tau"]);
+    let path = bag.text("a.csv", "# time_s,q,tau\n0,1,2\n");
+    let said = crate::CsvWriting { header: Some(false), ..Default::default() };
+    assert_eq!(open_as(&path, &said).unwrap().columns()[0], "column1");
+    let found = inspect(&path, &|_| {}).unwrap();
+    assert!(found.to_string().contains("header in a comment"), "{found}");
+    assert_eq!(crate::Table::read(&path).unwrap().columns(), ["time_s", "q", "tau"]);
+}
+
+/// As messages of ROS have it.
+#[test]
+fn seconds_and_nanoseconds_in_two_columns_are_one_clock() {
+    let bag = Bag::new();
+    let path = bag.text("a.csv", "sec,nanosec,q\n1764144000,990000000,1\n1764144001,0,2\n1764144001,10000000,3\n");
+    let said = read(&path).unwrap();
+    assert_eq!(said.columns, ["sec", "nanosec", "q", "time_s"]);
+    assert!(said.column("time_s").windows(2).all(|pair| (pair[1] - pair[0] - 0.01).abs() < 1e-6), "{:?}", said.rows);
+    let time = inspect(&path, &|_| {}).unwrap().time.unwrap();
+    assert!(time.column == "time_s" && (time.interval_s - 0.01).abs() < 1e-6, "{time:?}");
+    assert_eq!(inspect(&path, &|_| {}).unwrap().columns.len(), 1, "seconds and nanoseconds are the clock");
+    let table = crate::Table::read(&path).unwrap();
+    assert_eq!(table.number(1, table.column("time_s").unwrap()).unwrap(), Some(1_764_144_001.0));
+}
+
+/// A Parquet file with these columns.
+fn parquet(
+    bag: &Bag,
+    columns: Vec<(&str, arrow_array::ArrayRef)>,
+    compression: ::parquet::basic::Compression,
+) -> PathBuf {
+    let batch = arrow_array::RecordBatch::try_from_iter(columns).unwrap();
+    let properties = ::parquet::file::properties::WriterProperties::builder().set_compression(compression).build();
+    let file = File::create(bag.path("a.parquet")).unwrap();
+    let mut writer = ::parquet::arrow::ArrowWriter::try_new(file, batch.schema(), Some(properties)).unwrap();
+    writer.write(&batch).unwrap();
+    writer.close().unwrap();
+    bag.path("a.parquet")
+}
+
+#[test]
+fn texts_of_dates_in_parquet_are_seconds_and_gzip_is_read() {
+    use arrow_array::{ArrayRef, Float64Array, StringArray};
+    let bag = Bag::new();
+    let times = [Some("2024-05-01T12:00:00Z"), Some("2024-05-01T12:00:00.010Z"), Some("soon"), None];
+    let times: ArrayRef = Arc::new(StringArray::from(times.to_vec()));
+    let label: ArrayRef = Arc::new(StringArray::from(vec!["a", "b", "c", "d"]));
+    let q: ArrayRef = Arc::new(Float64Array::from(vec![1.0, 2.0, 3.0, 4.0]));
+    let columns = vec![("q1", q), ("label", label), ("when", times)];
+    let path = parquet(&bag, columns, ::parquet::basic::Compression::GZIP(Default::default()));
+    let found = inspect(&path, &|_| {}).unwrap();
+    let time = found.time.unwrap();
+    assert_eq!((time.column.as_str(), time.unit, time.from_s, time.missing), ("when", "ISO 8601", 1_714_564_800.0, 2));
+    assert!((time.interval_s - 0.01).abs() < 1e-6);
+    let expected = [
+        "column `label` is left out: it holds no numbers",
+        "cells that are no dates with times (ISO 8601) count as missing: 1 of `when`",
+    ];
+    assert_eq!(found.remarks, expected);
+}
+
+#[test]
+fn seconds_and_nanoseconds_of_parquet_are_one_clock() {
+    use arrow_array::{ArrayRef, Float64Array, Int32Array, UInt32Array};
+    let bag = Bag::new();
+    let seconds: ArrayRef = Arc::new(Int32Array::from(vec![10, 11]));
+    let nanoseconds: ArrayRef = Arc::new(UInt32Array::from(vec![500_000_000, 0]));
+    let q: ArrayRef = Arc::new(Float64Array::from(vec![1.0, 2.0]));
+    let columns = vec![("stamp.sec", seconds), ("stamp.nanosec", nanoseconds), ("q1", q)];
+    let said = read(&parquet(&bag, columns, ::parquet::basic::Compression::UNCOMPRESSED)).unwrap();
+    assert_eq!(said.column("time_s"), [10.5, 11.0]);
+}
+
 /// Whatever the name of the column.
 #[test]
 fn times_of_parquet_are_seconds() {

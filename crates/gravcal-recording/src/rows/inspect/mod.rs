@@ -27,6 +27,7 @@ use self::time::TimeWatch;
 pub use self::time::{Gap, TimeFound};
 use super::{Row, Rows, Source, Watched};
 use crate::csv_lines::CsvWriting;
+use super::stamp::Stamp;
 use crate::error::ReadError;
 
 /// What is in a recording.
@@ -79,6 +80,13 @@ fn clock(rows: &dyn Rows) -> Option<usize> {
 
 /// Whether several positions are recorded, and none has changed since the row before.
 fn rests(motion: &[Option<Meaning>], cells: &[f64], last: &[f64]) -> bool {
+/// The clock's column, and those of which it was made.
+fn parts_of_clock(columns: &[String], clock: Option<usize>) -> Vec<usize> {
+    let made = clock.filter(|clock| clock + 1 == columns.len() && columns[*clock] == Stamp::column());
+    let parts = made.and_then(|clock| Stamp::find(&columns[..clock])).map(Stamp::parts);
+    clock.into_iter().chain(parts.into_iter().flatten()).collect()
+}
+
     let positions = || motion.iter().enumerate().filter(|(_, of)| **of == Some(Meaning::Position));
     let stays = |(place, _): (usize, &Option<Meaning>)| {
         let number = |cells: &[f64]| cells.get(place).copied().unwrap_or(f64::NAN).to_bits();
@@ -119,7 +127,8 @@ fn inspect_rows(rows: &mut dyn Rows) -> Result<Inspection, ReadError> {
         false => names::time_unit(&names[clock], time.interval()),
     });
     let per_second = unit.map_or(1.0, |unit| unit.per_second);
-    let found = names.iter().zip(columns).enumerate().filter(|(index, _)| Some(*index) != clock);
+    let of_clock = parts_of_clock(names, clock);
+    let found = names.iter().zip(columns).enumerate().filter(|(index, _)| !of_clock.contains(index));
     let columns = found.map(|(_, (name, column))| column.found(name, per_second)).collect();
     Ok(Inspection {
         source: rows.source(),
