@@ -98,7 +98,7 @@ fn a_recording_becomes_a_session_and_that_a_calibration() {
         "{}",
         run.stdout
     );
-    assert!(run.stdout.contains("It cannot be read before that is filled in: "), "{}", run.stdout);
+    assert!(run.stdout.contains("It cannot be read as it is: "), "{}", run.stdout);
     let session = folder.path().join("loaded.toml");
     let text = fs::read_to_string(&session).unwrap();
     assert!(text.contains("# mass_kg = …\nlink = \"link3\""), "{text}");

@@ -112,6 +112,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let csv = arguments.columns.of(file, &CsvWriting::default())?;
     let inspection = inspect_as(file, &csv, &|share| watch("reading", share));
     let inspection = inspection.map_err(|error| Failure::bad_input(&error))?;
+    let inspection = with_robots_names(arguments, inspection)?;
     let robot = robot(arguments, &inspection)?;
     let inspection = match &robot {
         Some(robot) => inspection.with_sliding(|joint| robot.slides(joint)),
@@ -165,9 +166,26 @@ fn only(files: &[PathBuf]) -> Result<&Path, Failure> {
     }
 }
 
+/// The same where columns bear the names of the robot's joints. Where they tell no positions and torques at all, that is said before
+/// anything of the robot: its chain cannot be guessed then.
+fn with_robots_names(arguments: &Arguments, inspection: Inspection) -> Result<Inspection, Failure> {
+    let Some(path) = &arguments.robot else { return Ok(inspection) };
+    let names = DraftRobot::joint_names(path).map_err(|error| Failure::bad_input(&error))?;
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let inspection = inspection.with_joint_names(&names);
+    match Draft::new(only(&arguments.files)?, &inspection, None) {
+        Err(error) => Err(refused(&error, only(&arguments.files)?)),
+        Ok(_) => Ok(inspection),
+    }
+}
+
 fn robot(arguments: &Arguments, inspection: &Inspection) -> Result<Option<DraftRobot>, Failure> {
     let Some(path) = &arguments.robot else { return Ok(None) };
-    let joints = inspection.joints_with_torque();
+    let mut joints = inspection.joints_with_torque();
+    let silent = inspection.joints_with_silent_torque();
+    joints.extend(
+        silent.into_iter().filter(|silent| joints.iter().all(|joint| joint.name != silent.name)).collect::<Vec<_>>(),
+    );
     let all: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
     let moving: Vec<&str> = inspection.moving(&joints).map(|joint| joint.name.as_str()).collect();
     let recorded = RecordedJoints { all: &all, moving: &moving };
@@ -180,6 +198,7 @@ fn robot(arguments: &Arguments, inspection: &Inspection) -> Result<Option<DraftR
 fn refused(error: &DraftError, file: &Path) -> Failure {
     let failure = Failure::bad_input(error).about(file.display());
     match error {
+        DraftError::HalfNamed { .. } => failure,
         DraftError::OtherJoints { .. } => failure.hint("--base LINK and --tip LINK choose the chain of a URDF"),
         DraftError::NoJoints { .. } | DraftError::NoTorques { .. } => {
             failure.hint("name the columns so, or write the session by hand: docs/tutorial shows one")
@@ -231,7 +250,7 @@ fn report_session(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<
             notes.extend(session.doubts.into_iter().filter(|doubt| Some(doubt.as_str()) != poses.doubt()));
             format!("It can be read, and has {count} poses. Next: gravcal check {}", path.display())
         }
-        Err(error) => format!("It cannot be read before that is filled in: {error}"),
+        Err(error) => format!("It cannot be read as it is: {error}"),
     };
     let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
     terminal::print(&format!("\n{notes}Session in {}. {next}\n", path.display()))

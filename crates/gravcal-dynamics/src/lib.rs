@@ -94,4 +94,4 @@ pub use link_gravity::LinkGravity;
 pub use pseudo_inertia::parameters_of_pseudo_inertia;
 pub use transform::{NotARotation, Transform};
 #[cfg(feature = "urdf")]
-pub use urdf::{UPRIGHT_LINK, UrdfCorrection, UrdfEnds, UrdfError, urdf_sliding_joints};
+pub use urdf::{UPRIGHT_LINK, UrdfCorrection, UrdfEnds, UrdfError, urdf_moving_joints, urdf_sliding_joints};

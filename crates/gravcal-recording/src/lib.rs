@@ -104,7 +104,7 @@ pub use presliding::{DahlFriction, Presliding};
 pub use rows::{
     Change, CheckedFile, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError,
     Rewriting, Row, RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, are_same_numbers, column_numbers,
-    create, inspect, inspect_as, open, open_as, open_parquet, rewrite, shielded_parquet,
+    create, inspect, inspect_as, named_joint, open, open_as, open_parquet, rewrite, shielded_parquet,
 };
 pub use selection::{MotionLimits, Selection};
 pub use static_pose::{Reading, StaticPose};

@@ -232,6 +232,40 @@ fn columns_whose_numbers_do_not_go_together_are_reported() {
     assert_eq!(doubts("['q2', 'q1']", "['tau2', 'tau1']"), [""; 0]);
 }
 
+#[test]
+fn columns_that_bear_the_names_of_other_joints_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let doubts = |joints: [&str; 2], columns: [&str; 4]| {
+        let robot = ROBOT
+            .replace("\"shoulder\"", &format!("'{}'", joints[0]))
+            .replace("\"elbow\"", &format!("'{}'", joints[1]));
+        fs::write(folder.path().join("robot.toml"), robot).unwrap();
+        let rows: String = poses(1.0, 1.0).map(|row| row.map(|cell| cell.to_string()).join(",") + "\n").collect();
+        fs::write(folder.path().join("day.csv"), format!("{}\n{rows}", columns.join(","))).unwrap();
+        let written = format!(
+            "robot = 'robot.toml'\n[gravity]\nmagnitude_m_per_s2 = 9.81\nhemisphere = [0, -1, 0]\n[readings]\nposition = {{ columns = \
+             ['{}', '{}'], unit = 'rad' }}\ntorque = {{ columns = ['{}', '{}'], unit = 'N·m' }}\n[[poses]]\nfile = 'day.csv'\n",
+            columns[0], columns[1], columns[2], columns[3]
+        );
+        fs::write(folder.path().join("session.toml"), written).unwrap();
+        read_session(&folder.path().join("session.toml")).unwrap().doubts
+    };
+    let arm = ["shoulder", "elbow"];
+    let reported = doubts(arm, ["elbow.position", "q", "y", "arm_shoulder_tau"]);
+    let expected = "Columns bear the names of other joints than they are taken for: `elbow.position` bears the name of elbow and is taken as \
+                    shoulder's; `arm_shoulder_tau` bears the name of shoulder and is taken as elbow's. Bring the columns";
+    assert!(reported.len() == 1 && reported[0].starts_with(expected), "{reported:?}");
+    let reported = doubts(arm, ["elbow_q", "shoulder_q", "elbow_y", "shoulder_y"]);
+    assert!(
+        reported[0].contains("`elbow_q` and `elbow_y` bear the name of elbow and are taken as shoulder's;"),
+        "{reported:?}"
+    );
+    assert_eq!(doubts(arm, ["shoulder.position", "elbow.position", "y1", "y2"]), [""; 0]);
+    assert_eq!(doubts(arm, ["elbow_shoulder", "q", "y1", "y2"]), [""; 0], "which of the two is not told");
+    // Columns that are counted from 0.
+    assert_eq!(doubts(["joint_1", "joint_2"], ["joint_0_q", "joint_1_q", "joint_0_y", "joint_1_y"]), [""; 0]);
+}
+
 /// The first doubt of right poses of which one text is another.
 fn of_change(text: &str, other: &str) -> String {
     read_with([text, other], ["rad", "N·m"], ["", ""], poses(1.0, 1.0)).doubts.swap_remove(0)

@@ -47,6 +47,15 @@ pub fn urdf_sliding_joints(text: &str) -> Result<Vec<String>, UrdfError> {
     Ok(sliding.map(|joint| joint.name).collect())
 }
 
+/// The joints of a URDF that move, by name, wherever they hang.
+///
+/// # Errors
+/// The text is no URDF.
+pub fn urdf_moving_joints(text: &str) -> Result<Vec<String>, UrdfError> {
+    let moving = read(text)?.joints.into_iter().filter(|joint| joint.joint_type != JointType::Fixed);
+    Ok(moving.map(|joint| joint.name).collect())
+}
+
 impl Chain {
     /// The chain from link `base` to the links `tips` of a URDF: one tip for a serial robot, one for each branch otherwise.
     ///

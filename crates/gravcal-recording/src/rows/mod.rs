@@ -30,7 +30,7 @@ mod tests;
 
 pub use inspect::{
     Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, are_same_numbers,
-    column_numbers, inspect, inspect_as,
+    column_numbers, inspect, inspect_as, named_joint,
 };
 pub(crate) use open::{Kind, kind};
 pub use open::{open, open_as};

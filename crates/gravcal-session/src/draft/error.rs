@@ -26,6 +26,18 @@ pub enum DraftError {
         /// Names of the columns.
         columns: String,
     },
+    /// Names of columns tell some joints and not others, and the columns stand in another order than the joints.
+    #[error(
+        "the names of columns tell which joint of the robot is which, but for {missing}; the columns {columns} name no joint of the \
+         robot, and those that do stand in another order than its joints, so that the order does not tell it either; give these columns \
+         the names of the joints, or write the session by hand"
+    )]
+    HalfNamed {
+        /// Names of the robot's joints that no column bears.
+        missing: String,
+        /// Columns of positions that name none of the robot's joints.
+        columns: String,
+    },
     /// The robot has joints that the recording has not.
     #[error(
         "of the robot's {joints} joints these are not in the recording: {missing}; the joints whose positions are recorded are \

@@ -16,6 +16,8 @@ pub(super) struct DraftJoint {
     pub name: String,
     /// The recording's name.
     pub recorded: String,
+    /// Whether the robot's name for it stands in that of its column, among other words.
+    pub by_part: bool,
     pub kind: JointKind,
     pub position: (String, PositionUnit),
     pub torque: Option<(String, TorqueUnit)>,
@@ -97,6 +99,16 @@ pub(super) fn matched(
         let recorded = found.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
         return Err(DraftError::OtherJoints { missing: missing.join(", "), joints: joints.len(), recorded });
     };
+    let by_name = joints.iter().map(|joint| of_name(&joint.name));
+    let elsewhere = |(named, taken): (Option<&JointFound>, &&JointFound)| {
+        named.is_some_and(|named| named.position != taken.position)
+    };
+    if by == MatchedBy::Order && by_name.zip(&matched).any(elsewhere) {
+        let unnamed = found.iter().filter(|found| joints.iter().all(|joint| plain(&joint.name) != plain(&found.name)));
+        let columns: Vec<String> =
+            unnamed.map(|found| format!("`{}`", inspection.columns[found.position].name)).collect();
+        return Err(DraftError::HalfNamed { missing: missing.join(", "), columns: columns.join(", ") });
+    }
     let drafts = joints.iter().zip(matched).zip(&robot.sensors);
     let drafts = drafts.map(|((joint, found), sensors)| draft(inspection, found, &joint.name, joint.kind, *sensors));
     Ok((drafts.collect(), by))
@@ -138,6 +150,7 @@ fn draft(
     DraftJoint {
         name: name.to_owned(),
         recorded: found.name.clone(),
+        by_part: position.guess.by_part,
         kind,
         position: (position.name.clone(), position_unit(position, kind, nominal)),
         torque: torque.map(|torque| (torque.name.clone(), torque_unit(torque, kind, nominal))),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_dynamics::{JointKind, UrdfEnds, urdf_sliding_joints};
+use gravcal_dynamics::{JointKind, UrdfEnds, urdf_moving_joints, urdf_sliding_joints};
 use gravcal_robot_model::robot::Robot;
 
 use super::joints::plain;
@@ -33,6 +33,18 @@ pub struct DraftRobot {
 }
 
 impl DraftRobot {
+    /// Names of all joints of a `robot.toml`, or of all that move in a URDF: columns may bear them
+    /// ([`Inspection::with_joint_names`](gravcal_recording::Inspection::with_joint_names)).
+    ///
+    /// # Errors
+    /// The file is no robot.
+    pub fn joint_names(path: &Path) -> Result<Vec<String>, FileError> {
+        if is_urdf(path) {
+            return urdf_moving_joints(&read_text(path)?).map_err(|error| FileError::new(path, error));
+        }
+        Ok(read_robot(path)?.chain.joints().iter().map(|joint| joint.name.clone()).collect())
+    }
+
     /// Reads a `robot.toml`, or a URDF from `base` to `tips`; where these are not said they are guessed from the names of the recorded
     /// joints that move, or the number of all.
     ///
@@ -44,8 +56,7 @@ impl DraftRobot {
         tips: &[String],
         recorded: RecordedJoints<'_>,
     ) -> Result<DraftRobot, FileError> {
-        let is_urdf = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
-        if !is_urdf {
+        if !is_urdf(path) {
             if base.is_some() || !tips.is_empty() {
                 return Err(FileError::new(path, "only a URDF has links to choose as base and tip: leave them away"));
             }
@@ -71,6 +82,10 @@ impl DraftRobot {
     pub fn slides(&self, joint: &str) -> bool {
         self.sliding.iter().any(|name| plain(name) == plain(joint))
     }
+}
+
+fn is_urdf(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
 }
 
 fn guess(path: &Path, recorded: RecordedJoints<'_>) -> Result<UrdfEnds, FileError> {

@@ -135,6 +135,63 @@ fn columns_are_paired_and_ordered_by_the_numbers_in_their_names() {
     assert!(text.contains("# LOOK AT THIS: Which torque is of which joint is not told"), "{text}");
 }
 
+/// What a draft becomes where the columns of the recording are named after the robot's joints.
+fn named_draft(recording: &str) -> Result<(String, Vec<String>, Vec<String>), DraftError> {
+    let (folder, path) = folder(recording);
+    let robot = robot(&folder);
+    let names = DraftRobot::joint_names(&folder.path().join("robot.toml")).unwrap();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let inspection = inspect(&path, &|_| {}).unwrap().with_joint_names(&names);
+    let draft = Draft::new(&path, &inspection, Some(&robot))?;
+    let columns = draft.mapping().positions.into_iter().map(|position| position.column).collect();
+    let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
+    fs::write(folder.path().join("session.toml"), &text).unwrap();
+    let doubts = read_session(&folder.path().join("session.toml")).unwrap().doubts;
+    assert_eq!(doubts, [""; 0], "{text}");
+    Ok((text, draft.notes(), columns))
+}
+
+/// Whatever order they stand in.
+#[test]
+fn columns_that_contain_the_names_of_joints_are_theirs() {
+    let header = "t_s,/js/position/elbow,/js/position/shoulder,/js/effort/elbow,/js/effort/shoulder";
+    let (text, notes, columns) = named_draft(&standing(header)).unwrap();
+    assert_eq!(columns, ["/js/position/shoulder", "/js/position/elbow"]);
+    assert!(text.contains("columns = [\"/js/effort/shoulder\", \"/js/effort/elbow\"]"), "{text}");
+    let reported = "joints were matched by their names within those of the columns: shoulder is `/js/position/shoulder`, elbow is \
+                    `/js/position/elbow`";
+    assert_eq!(notes, [reported]);
+}
+
+#[test]
+fn where_some_columns_name_joints_in_another_order_none_is_guessed() {
+    let of = |positions: &str| named_draft(&standing(&format!("t_s,{positions},fore_tau,main_tau")));
+    let reported = of("fore_pos,shoulder_pos").unwrap_err().to_string();
+    for expected in ["but for elbow; the columns `fore_pos` name no joint", "the order does not tell it either"] {
+        assert!(reported.contains(expected), "{reported}");
+    }
+    // In the order of the joints the others are told by it.
+    let (_, notes, columns) = of("shoulder_pos,fore_pos").unwrap();
+    assert_eq!(columns, ["shoulder_pos", "fore_pos"]);
+    assert!(notes[0].starts_with("joints were matched by their order"), "{notes:?}");
+}
+
+#[test]
+fn a_joint_without_torque_readings_has_no_torque_column() {
+    let rows: String = standing("t_s,shoulder_pos,elbow_pos,shoulder_tau,elbow_tau")
+        .lines()
+        .enumerate()
+        .map(
+            |(row, line)| {
+                if row == 0 { format!("{line}\n") } else { format!("{},nan\n", line.rsplit_once(',').unwrap().0) }
+            },
+        )
+        .collect();
+    let (text, notes, _) = named_draft(&rows).unwrap();
+    assert!(text.contains("columns = [\"shoulder_tau\", \"\"]"), "{text}");
+    assert_eq!(notes, ["no torque is recorded of elbow: the column is \"\" there"]);
+}
+
 /// A robot's joints may stand in another order than that of the numbers in their names.
 #[test]
 fn numbers_of_the_robots_joints_count_where_they_are_those_of_the_columns() {

@@ -73,10 +73,21 @@ impl Draft<'_> {
             MatchedBy::Number => Some("the order of the numbers in the columns' names"),
             MatchedBy::Order => Some("their order"),
         };
+        let listed = |joints: &mut dyn Iterator<Item = &DraftJoint>| {
+            joints.map(|joint| format!("{} is `{}`", joint.name, joint.position.0)).collect::<Vec<_>>().join(", ")
+        };
         if let Some(by) = by {
-            let pairs: Vec<String> =
-                self.joints.iter().map(|joint| format!("{} is `{}`", joint.name, joint.position.0)).collect();
-            notes.push(format!("joints were matched by {by}, as their names differ: {}", pairs.join(", ")));
+            let pairs = listed(&mut self.joints.iter());
+            notes.push(format!("joints were matched by {by}, as their names differ: {pairs}"));
+        }
+        let by_part = listed(&mut self.joints.iter().filter(|joint| joint.by_part));
+        if self.by == MatchedBy::Name && !by_part.is_empty() {
+            notes.push(format!("joints were matched by their names within those of the columns: {by_part}"));
+        }
+        let silent: Vec<&str> =
+            self.joints.iter().filter(|joint| joint.torque.is_none()).map(|joint| joint.name.as_str()).collect();
+        if !silent.is_empty() {
+            notes.push(format!("no torque is recorded of {}: the column is \"\" there", silent.join(", ")));
         }
         if let Some(ends) = self.robot.filter(|robot| robot.guessed).and_then(|robot| robot.ends.as_ref()) {
             notes.push(format!("the chain is taken to go from `{}` to `{}`", ends.base, ends.tips.join("`, `")));

@@ -4,6 +4,9 @@ use super::numbers::{are_same_numbers, column_numbers};
 use super::{ColumnFound, Inspection, Meaning};
 use crate::rows::joint_state::ColumnName;
 
+/// A joint that moves by this share of what the one does that moves most is one of the arm; a gripper moves less.
+const OF_ARM: f64 = 0.1;
+
 /// Longest travel, or largest speed, of a sliding joint that is taken for metres.
 const METRES: f64 = 10.0;
 
@@ -112,12 +115,28 @@ impl Inspection {
         self.by_number(if alive.is_empty() { dead } else { alive })
     }
 
+    /// Those of its joints whose torque has a column in which no row says anything, and that move as much as joints of an arm do: they have
+    /// no torque sensor, or none that is recorded, and the links beyond them turn all the same.
+    pub fn joints_with_silent_torque(&self) -> Vec<JointFound> {
+        let joints = self.joints();
+        let is_silent = |joint: &JointFound| {
+            let of_joint = self.columns.iter().filter(|column| column.guess.joint.as_deref() == Some(&joint.name));
+            let mut torques = of_joint.filter(|column| column.guess.meaning == Some(Meaning::Torque));
+            joint.torque.is_none() && torques.any(|column| column.readings == 0)
+        };
+        self.moving_by(OF_ARM, &joints).filter(|joint| is_silent(joint)).cloned().collect()
+    }
+
     /// Those of joints that move: by a hundredth at least of what the one does that moves most. The fingers of a gripper that carries
     /// something all the time are part of what the arm carries.
     pub fn moving<'j>(&self, joints: &'j [JointFound]) -> impl Iterator<Item = &'j JointFound> {
+        self.moving_by(0.01, joints)
+    }
+
+    fn moving_by<'j>(&self, share: f64, joints: &'j [JointFound]) -> impl Iterator<Item = &'j JointFound> {
         let range = |joint: &JointFound| self.columns[joint.position].highest - self.columns[joint.position].lowest;
         let largest = joints.iter().map(range).fold(0.0, f64::max);
-        joints.iter().filter(move |joint| range(joint) >= 0.01 * largest)
+        joints.iter().filter(move |joint| range(joint) >= share * largest)
     }
 
     /// The same where it is known which joints slide, by the names of these: units that names of columns do not tell are those of

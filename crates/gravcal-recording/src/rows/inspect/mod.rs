@@ -4,6 +4,7 @@
 //! told as one.
 
 mod column;
+mod joint_names;
 mod joints;
 mod names;
 mod numbers;
@@ -19,15 +20,16 @@ use serde::Serialize;
 
 use self::column::ColumnWatch;
 pub use self::column::{Clipped, ColumnFound, Stuck};
+pub use self::joint_names::named_joint;
 pub use self::joints::JointFound;
 use self::names::DATES;
 pub use self::names::{Guess, Meaning};
 pub use self::numbers::{are_same_numbers, column_numbers};
 use self::time::TimeWatch;
 pub use self::time::{Gap, TimeFound};
+use super::stamp::Stamp;
 use super::{Row, Rows, Source, Watched};
 use crate::csv_lines::CsvWriting;
-use super::stamp::Stamp;
 use crate::error::ReadError;
 
 /// What is in a recording.
@@ -78,8 +80,6 @@ fn clock(rows: &dyn Rows) -> Option<usize> {
     names::clock(columns).or_else(|| (0..columns.len()).find(|column| rows.holds_dates(*column)))
 }
 
-/// Whether several positions are recorded, and none has changed since the row before.
-fn rests(motion: &[Option<Meaning>], cells: &[f64], last: &[f64]) -> bool {
 /// The clock's column, and those of which it was made.
 fn parts_of_clock(columns: &[String], clock: Option<usize>) -> Vec<usize> {
     let made = clock.filter(|clock| clock + 1 == columns.len() && columns[*clock] == Stamp::column());
@@ -87,6 +87,8 @@ fn parts_of_clock(columns: &[String], clock: Option<usize>) -> Vec<usize> {
     clock.into_iter().chain(parts.into_iter().flatten()).collect()
 }
 
+/// Whether several positions are recorded, and none has changed since the row before.
+fn rests(motion: &[Option<Meaning>], cells: &[f64], last: &[f64]) -> bool {
     let positions = || motion.iter().enumerate().filter(|(_, of)| **of == Some(Meaning::Position));
     let stays = |(place, _): (usize, &Option<Meaning>)| {
         let number = |cells: &[f64]| cells.get(place).copied().unwrap_or(f64::NAN).to_bits();

@@ -23,6 +23,10 @@ pub struct Guess {
     pub unit_named: bool,
     /// Whether the name says that it is what was asked of the joint, and no reading of a sensor.
     pub commanded: bool,
+    /// Whether `joint` is the one of a robot whose name stands in that of the column, among other words
+    /// ([`Inspection::with_joint_names`](super::Inspection::with_joint_names)).
+    #[serde(skip)]
+    pub by_part: bool,
 }
 
 /// Kinds of readings.
@@ -173,6 +177,15 @@ pub(super) fn meaning_of_motion(column: &str) -> Option<Meaning> {
 
 /// What a column may mean.
 pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Guess {
+    guess_of(column, None, [lowest, highest], whole)
+}
+
+/// The same of a column of which something else than the words of its name tells the meaning.
+pub(super) fn with_meaning(column: &str, meaning: Meaning, range: [f64; 2], whole: bool) -> Guess {
+    guess_of(column, Some(meaning), range, whole)
+}
+
+fn guess_of(column: &str, otherwise: Option<Meaning>, [lowest, highest]: [f64; 2], whole: bool) -> Guess {
     let (head, bracketed) = without_unit(column);
     let reported = match ColumnName::parse(&head) {
         Some(name) => {
@@ -184,7 +197,7 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
             let commanded = name.topic.is_some_and(|topic| words(topic).iter().any(|word| is_commanded(word)));
             Reported { meaning: Some(meaning), joint: Some(name.joint.to_owned()), commanded, ..Reported::default() }
         }
-        None => by_words(&head, bracketed.and_then(meaning_of_unit)),
+        None => by_words(&head, otherwise.or(bracketed.and_then(meaning_of_unit))),
     };
     let (said, meaning) = (bracketed.or(reported.unit), reported.meaning);
     let largest = lowest.abs().max(highest.abs());
@@ -210,6 +223,7 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
         joint: reported.joint,
         unit_named: said.is_some(),
         commanded: reported.commanded,
+        by_part: false,
     }
 }
 
@@ -258,12 +272,20 @@ fn unit(written: &str) -> Option<&'static str> {
 }
 
 /// What has a unit that nothing else of an arm has.
-fn meaning_of_unit(unit: &str) -> Option<Meaning> {
+pub(super) fn meaning_of_unit(unit: &str) -> Option<Meaning> {
     match unit {
         "rad" | "deg" => Some(Meaning::Position),
         "N·m" | "mN·m" => Some(Meaning::Torque),
         _ => None,
     }
+}
+
+/// The unit that is the last word of a name, such as `deg` of `elbow_joint_deg`.
+pub(super) fn unit_at_end(column: &str) -> Option<&'static str> {
+    let words = words(column);
+    let (last, before) = words.split_last()?;
+    let is_rate = before.iter().any(|word| word == "per");
+    UNITS.iter().find(|(name, _)| name == last && !before.is_empty() && !is_rate).map(|(_, unit)| *unit)
 }
 
 fn is_commanded(word: &str) -> bool {
@@ -346,8 +368,13 @@ fn quaternion_part(words: &[String]) -> Option<&'static str> {
     QUATERNION_PARTS.iter().find(is_part).map(|(part, _)| *part)
 }
 
+/// A name without what writers of tables change in it.
+pub(super) fn plain(name: &str) -> String {
+    name.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
 /// The words and numbers of a name in lower case: `qd1_rad` is `qd`, `1`, `rad`.
-fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut last = ' ';
     for letter in name.chars() {

@@ -269,3 +269,61 @@ fn the_text_has_eighty_columns_and_tells_topics_and_losses() {
     assert!(text.contains("/hand: 50 messages, sensor_msgs/msg/JointState in cdr"), "{text}");
     assert_eq!(found.columns.iter().map(|column| column.readings).collect::<Vec<_>>(), [50, 50, 50]);
 }
+
+/// Of each of the joints with these names, the columns that are taken as its position and its torque.
+fn named(header: &str, joints: &[&str]) -> Vec<(String, String)> {
+    let (_, found) = pairs(header);
+    let found = found.with_joint_names(joints);
+    let name = |place: usize| found.columns[place].name.clone();
+    let columns = |joint: &&str| {
+        let of_joint = found.joints().into_iter().find(|one| one.name == **joint);
+        let pair = of_joint.map(|one| (name(one.position), one.torque.map_or_else(String::new, name)));
+        pair.unwrap_or_default()
+    };
+    joints.iter().map(columns).collect()
+}
+
+#[test]
+fn columns_are_those_of_the_joint_whose_name_they_contain() {
+    let arm = ["shoulder_joint", "elbow_joint"];
+    for [elbow, shoulder, elbows_torque, shoulders_torque] in [
+        [
+            "/js/position/elbow_joint",
+            "/js/position/shoulder_joint",
+            "/js/effort/elbow_joint",
+            "/js/effort/shoulder_joint",
+        ],
+        [
+            "left_elbow_joint.position",
+            "left_shoulder_joint.position",
+            "left_elbow_joint.effort",
+            "left_shoulder_joint.effort",
+        ],
+        [
+            "elbow_joint Winkel [°]",
+            "shoulder_joint Winkel [°]",
+            "elbow_joint Moment [Nm]",
+            "shoulder_joint Moment [Nm]",
+        ],
+        ["elbow_joint_deg", "shoulder_joint_deg", "elbow_joint_Nm", "shoulder_joint_Nm"],
+    ] {
+        let header = format!("t_s,{elbow},{shoulder},{elbows_torque},{shoulders_torque}");
+        let pair = |position: &str, torque: &str| (position.to_owned(), torque.to_owned());
+        assert_eq!(named(&header, &arm), [pair(shoulder, shoulders_torque), pair(elbow, elbows_torque)]);
+    }
+    // Of two arms, neither is the robot's for sure; one with just its names is.
+    let none = [(String::new(), String::new())];
+    assert_eq!(named("left_a_joint.position,right_a_joint.position", &["a_joint"]), none);
+    let own = [("a_joint.position".to_owned(), String::new())];
+    assert_eq!(named("left_a_joint.position,a_joint.position", &["a_joint"]), own);
+    // What its names do not tell the recording says itself.
+    assert_eq!(named("q1,tau1", &["q1"]), [("q1".to_owned(), "tau1".to_owned())]);
+}
+
+#[test]
+fn a_joint_that_moves_without_any_torque_reading_is_one_of_the_arm() {
+    let header = "a.position,b.position,finger.position,a.effort,b.effort,finger.effort";
+    let found = inspected(&format!("{header}\n0,0,0,1,nan,nan\n1,2,0.04,2,nan,nan\n"));
+    let silent: Vec<String> = found.joints_with_silent_torque().into_iter().map(|joint| joint.name).collect();
+    assert_eq!(silent, ["b"]);
+}

@@ -21,7 +21,7 @@ impl Session {
     /// The same in sentences, each with what to do about it.
     pub fn find_doubts(&self) -> Vec<String> {
         let stated = robot::doubts(self).into_iter().chain(stated::doubts(self));
-        let columns = stated.chain(columns::doubt(self));
+        let columns = stated.chain(columns::doubts(self));
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
         columns.chain(units).chain(stuck::doubts(self)).chain(motion::doubts(self)).collect()
     }
