@@ -338,7 +338,10 @@ pub enum ReadError {
         clock: Box<RowClock>,
     },
     /// A position reading is missing.
-    #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
+    #[error(
+        "{place}: the position is missing, and every torque depends on every position; delete the row, or, where positions and torques \
+         have rows of their own (two topics, two rates), let poses be found in the recording (readings.still)"
+    )]
     NoPosition {
         /// The cell.
         place: Place,

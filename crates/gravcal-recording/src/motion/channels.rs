@@ -7,6 +7,7 @@ use crate::conditions::{ConditionColumn, ConditionUnit, MotionSource};
 use crate::error::ReadError;
 use crate::mapping::{PoseMapping, ReadingColumn};
 use crate::rows::{Row, Rows};
+use crate::unit::PositionUnit;
 
 /// Column with the time in seconds, where the mapping names none: what recordings of messages call it.
 const TIME: &str = "time_s";
@@ -30,6 +31,7 @@ pub(crate) struct Channels {
     pub list: Vec<Channel>,
     /// The first so many are the positions of the joints.
     pub joints: usize,
+    pub position_units: Vec<PositionUnit>,
     pub torques: Vec<Option<usize>>,
     pub instruments: Vec<Option<usize>>,
     pub temperature: Vec<usize>,
@@ -82,6 +84,7 @@ impl Channels {
         let none = [f64::NEG_INFINITY, f64::INFINITY];
         Channels {
             joints: mapping.positions.len(),
+            position_units: mapping.positions.iter().map(|position| position.unit).collect(),
             units: list.iter().map(|channel| [channel.scale, channel.zero]).collect(),
             places: vec![NOWHERE; list.len()],
             torques,

@@ -7,6 +7,7 @@ pub(crate) mod reader;
 pub(crate) mod rough_noise;
 pub(crate) mod row_clock;
 pub(crate) mod sampler;
+mod wraps;
 
 /// The middle one, or the mean of the two in the middle.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {

@@ -5,6 +5,7 @@ use std::path::Path;
 use super::channels::Channels;
 use super::row_clock::{ClockSteps, RowClock};
 use super::sampler::Samples;
+use super::wraps::Wraps;
 use crate::error::ReadError;
 use crate::rows::{Row, Rows};
 
@@ -36,13 +37,17 @@ pub(crate) struct Reader<'a> {
     /// Time of the first row, s.
     begun: Option<f64>,
     steps: ClockSteps,
+    /// The slowest channel that must stand, and the time from sample to sample of it, s, as the first samples tell it.
+    slowest: Option<(usize, f64)>,
     pub without_time: u64,
+    pub wraps: Wraps,
 }
 
 impl<'a> Reader<'a> {
     pub fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, part: Part) -> Reader<'a> {
         channels.look(rows.columns());
         let values = vec![f64::NAN; channels.list.len()];
+        let wraps = Wraps::new(channels.position_units.iter().copied());
         Reader {
             path,
             rows,
@@ -52,7 +57,9 @@ impl<'a> Reader<'a> {
             values,
             begun: None,
             steps: ClockSteps::default(),
+            slowest: None,
             without_time: 0,
+            wraps,
         }
     }
 
@@ -70,6 +77,7 @@ impl<'a> Reader<'a> {
             let since = time - *self.begun.get_or_insert(time);
             if self.part.holds(since) {
                 self.steps.take(time);
+                self.wraps.take(&self.values[..self.channels.joints]);
                 return Ok(Some((time, self.row.number)));
             }
         }
@@ -85,8 +93,9 @@ impl<'a> Reader<'a> {
             first.push(time, row, &self.values);
         }
         self.channels.check_dates(self.path, self.rows)?;
-        match first.interval(&self.channels) {
-            Some(interval) => Ok((first, interval)),
+        self.slowest = first.slowest(&self.channels);
+        match self.slowest {
+            Some((_, interval)) => Ok((first, interval)),
             None => {
                 self.check_columns()?;
                 Err(self.nothing_recorded())
@@ -96,7 +105,11 @@ impl<'a> Reader<'a> {
 
     /// How the rows so far come by their clock.
     pub fn clock(&self) -> RowClock {
-        self.steps.clock(self.channels.clock())
+        let clock = self.steps.clock(self.channels.clock());
+        match self.slowest {
+            Some((channel, interval)) => clock.with_slowest(&self.channels.list[channel].column, interval.recip()),
+            None => clock,
+        }
     }
 
     /// No two rows have readings and different times.

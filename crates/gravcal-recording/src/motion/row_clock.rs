@@ -10,7 +10,9 @@ use super::median;
 /// How long an arm should stand, s, which takes some of it to settle; and how many samples: eight blocks of four ([`crate::still`]), and those
 /// between motion and standstill.
 const STAND: f64 = 0.5;
-const STANDING_SAMPLES: f64 = 40.0;
+pub(crate) const STANDING_SAMPLES: f64 = 40.0;
+/// A column that says something in less than this share of the rows is told with its own rate.
+const SELDOM: f64 = 0.8;
 /// Steps that are looked at.
 const FIRST: usize = 20_000;
 /// A step so many times the median one is a pause, or the time from burst to burst.
@@ -29,6 +31,9 @@ pub struct RowClock {
     pub rate: f64,
     /// Where rows come in bursts: how many in one, and from one to the next, s.
     pub bursts: Option<(f64, f64)>,
+    /// The column that says something most seldom, of those that must stand, and how often a second; `None` where nearly every row says
+    /// all of them. Two topics have rows of their own, at their own rates.
+    pub seldom: Option<(String, f64)>,
 }
 
 impl RowClock {
@@ -37,8 +42,14 @@ impl RowClock {
         self.cure(&format!(
             "let the arm stand for {:.1} s or more in each pose (readings.still), or move one joint slowly to and fro while the others stand \
              (readings.sweeps)",
-            STAND.max(STANDING_SAMPLES / self.rate)
+            STAND.max(STANDING_SAMPLES / self.seldom.as_ref().map_or(self.rate, |(_, rate)| *rate))
         ))
+    }
+
+    /// The same where the slowest column says something a second so many times.
+    pub(crate) fn with_slowest(self, column: &str, rate: f64) -> RowClock {
+        let seldom = (rate < SELDOM * self.rate).then(|| (column.to_owned(), rate));
+        RowClock { seldom, ..self }
     }
 
     /// What to do where rows come too seldom: `otherwise`, but of bursts something else.
@@ -55,7 +66,7 @@ impl RowClock {
 
 impl fmt::Display for RowClock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let RowClock { column, rate, bursts } = self;
+        let RowClock { column, rate, bursts, seldom } = self;
         match bursts {
             Some((rows, apart)) => write!(
                 f,
@@ -63,6 +74,10 @@ impl fmt::Display for RowClock {
                 hertz(*rate)
             ),
             None => write!(f, "by its clock `{column}` rows come at {} Hz", hertz(*rate)),
+        }?;
+        match seldom {
+            Some((slowest, rate)) => write!(f, ", and `{slowest}` in {} of them a second", hertz(*rate)),
+            None => Ok(()),
         }
     }
 }
@@ -107,14 +122,14 @@ impl ClockSteps {
         let are_bursts = pauses.len() >= FEWEST && pauses.len() as f64 >= OF_STEPS * count && paused > OF_TIME * whole;
         if are_bursts {
             let (rows, apart) = ((count + 1.0) / (pauses.len() + 1) as f64, whole / pauses.len() as f64);
-            return RowClock { column, rate: rows / apart, bursts: Some((rows, apart)) };
+            return RowClock { column, rate: rows / apart, bursts: Some((rows, apart)), seldom: None };
         }
         // Rows of one time.
         if standing >= forward.len() {
             let rows = (count + 1.0) / (forward.len() + 1) as f64;
-            return RowClock { column, rate: rows / usual, bursts: Some((rows, usual)) };
+            return RowClock { column, rate: rows / usual, bursts: Some((rows, usual)), seldom: None };
         }
-        RowClock { column, rate: usual.recip(), bursts: None }
+        RowClock { column, rate: usual.recip(), bursts: None, seldom: None }
     }
 }
 
@@ -133,6 +148,16 @@ mod tests {
         assert_eq!(clock((0..50).map(|row| 0.2 * f64::from(row))), "by its clock `t` rows come at 5 Hz");
         let with_pauses = (0..3000).map(|row| 0.002 * f64::from(row) + 60.0 * f64::from(row / 500));
         assert_eq!(clock(with_pauses), "by its clock `t` rows come at 500 Hz");
+    }
+
+    /// The arm must stand as long as the slowest column needs.
+    #[test]
+    fn a_column_that_says_something_seldom_has_its_own_rate() {
+        let clock = RowClock { column: "t".to_owned(), rate: 100.0, ..RowClock::default() };
+        let slow = clock.clone().with_slowest("tau", 20.0);
+        assert_eq!(slow.to_string(), "by its clock `t` rows come at 100 Hz, and `tau` in 20 of them a second");
+        assert!(slow.advice().starts_with("let the arm stand for 2.0 s or more"), "{}", slow.advice());
+        assert_eq!(clock.clone().with_slowest("tau", 99.0), clock);
     }
 
     #[test]

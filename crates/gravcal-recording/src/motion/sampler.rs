@@ -45,8 +45,8 @@ impl Samples {
         self.times.iter().zip(&self.rows).zip(self.values.chunks_exact(channels)).map(|((t, row), v)| (*t, *row, v))
     }
 
-    /// Median time from sample to sample of the slowest channel that must stand and says anything, s.
-    pub fn interval(&self, channels: &Channels) -> Option<f64> {
+    /// The slowest channel that must stand and says anything, and the median time from sample to sample of it, s.
+    pub fn slowest(&self, channels: &Channels) -> Option<(usize, f64)> {
         let of = |channel: usize| {
             let says = |(_, values): &(&f64, &[f64])| !values[channel].is_nan();
             let times: Vec<f64> = self
@@ -59,7 +59,8 @@ impl Samples {
             let steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
             (!steps.is_empty()).then(|| median(steps))
         };
-        (0..channels.tested()).filter_map(of).reduce(f64::max)
+        let intervals = (0..channels.tested()).filter_map(|channel| Some((channel, of(channel)?)));
+        intervals.reduce(|slowest, other| if other.1 > slowest.1 { other } else { slowest })
     }
 }
 

@@ -12,6 +12,7 @@ use super::run::Run;
 use super::series::{Measure, Series, UNSETTLED, powers_of_two};
 use crate::motion::block::Sum;
 use crate::motion::rough_noise::Scales;
+use crate::motion::row_clock::STANDING_SAMPLES;
 
 /// Standard deviations of a slope that is one.
 const SLOPE: f64 = 5.0;
@@ -23,6 +24,8 @@ const RESTLESS: f64 = 3.0;
 const OUTLIERS: f64 = 0.1;
 /// Blocks before the first that is seen to move, in which it began to.
 const GUARD: usize = 2;
+/// A column says something seldom where it does so many times less often than positions do.
+const SELDOM: f64 = 1.5;
 /// Fewest blocks of a standstill.
 pub(super) const LEAST_BLOCKS: usize = 6;
 
@@ -92,8 +95,11 @@ impl Judge<'_> {
             let channel = self.departing(&series, half, quarter, last).or(self.departing(&series, first, half, last));
             let channel = channel.unwrap_or(0);
             let column = self.columns[channel].to_owned();
-            let moves = channel < self.joints;
-            return Err(rejected(if moves { Reason::Moving { column } } else { Reason::Settling { column } }));
+            if channel >= self.joints {
+                return Err(rejected(Reason::Settling { column }));
+            }
+            let short = self.short(run, &series, (first, last), &column);
+            return Err(rejected(short.unwrap_or(Reason::Moving { column })));
         }
         let interval = [run.blocks[begin].from, run.blocks[end - 1].until];
         let mut channels = Vec::with_capacity(series.len());
@@ -102,6 +108,22 @@ impl Judge<'_> {
             channels.push(standing.map_err(|reason| Rejected { interval, reason })?);
         }
         Ok(Some(Dwell { blocks: begin..end, channels }))
+    }
+
+    /// Where a column that says something seldom makes the blocks so long that few of them fall between two motions. `joint`: the column
+    /// of the one that seems to move.
+    fn short(&self, run: &Run, series: &[Series<'_>], (first, last): (usize, usize), joint: &str) -> Option<Reason> {
+        let counts = series.iter().map(|series| series.count(first, last));
+        let (channel, fewest) =
+            counts.enumerate().filter(|(_, count)| *count > 0.0).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let of_positions = series[..self.joints].iter().map(|series| series.count(first, last)).fold(0.0, f64::max);
+        let lasts = run.blocks[last - 1].until - run.blocks[first].from;
+        (fewest < STANDING_SAMPLES && SELDOM * fewest < of_positions).then(|| Reason::Short {
+            column: self.columns[channel].to_owned(),
+            samples: fewest as u64,
+            least: STANDING_SAMPLES * lasts / fewest,
+            joint: joint.to_owned(),
+        })
     }
 
     fn is_long(&self, run: &Run, begin: usize, end: usize) -> bool {

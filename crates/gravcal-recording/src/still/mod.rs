@@ -74,6 +74,8 @@ pub struct Standstills {
     pub interval: f64,
     /// How rows come by the clock.
     pub clock: RowClock,
+    /// How often each joint's position jumps by about a full turn from row to row, as an angle that wraps; 0 of other units than rad and deg.
+    pub wraps: Vec<u64>,
 }
 
 /// Finds the standstills in a recording. `path`: its name in errors; `mapping` as for a table of poses, its time the column
@@ -116,5 +118,6 @@ pub fn static_poses(
         interruptions: segments.sampler.usage.interruptions,
         interval,
         clock: reader.clock(),
+        wraps: reader.wraps.counts(),
     })
 }

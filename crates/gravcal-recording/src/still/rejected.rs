@@ -24,6 +24,17 @@ pub enum Reason {
         /// Of the joint.
         column: String,
     },
+    /// Of a column that says something more seldom than the positions so few samples fall into it that standing cannot be told from moving.
+    Short {
+        /// The column that does.
+        column: String,
+        /// How many.
+        samples: u64,
+        /// How long the arm should stand, s.
+        least: f64,
+        /// Column of the joint that seems to move.
+        joint: String,
+    },
     /// A reading drifts by more than its noise.
     Drifting {
         /// The column that does.
@@ -66,6 +77,10 @@ impl fmt::Display for Reason {
         match self {
             Reason::Settling { column } => write!(f, "`{column}` still settles when it ends"),
             Reason::Moving { column } => write!(f, "`{column}` moves"),
+            Reason::Short { column, samples, least, .. } => write!(
+                f,
+                "it is too short for `{column}`, of which only {samples} samples fall into it: let the arm stand for {least:.1} s or more"
+            ),
             Reason::Drifting { column, per_second } => {
                 write!(f, "`{column}` drifts by more than its noise, {per_second:.3e} a second")
             }

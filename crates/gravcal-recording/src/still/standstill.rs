@@ -208,14 +208,19 @@ impl Assessment {
 
     /// A slow motion is many runs: it is told once.
     fn reject(&mut self, rejected: Rejected) {
-        let moves = |reason: &Reason| matches!(reason, Reason::Moving { .. });
+        let moving = |reason: &Reason| match reason {
+            Reason::Moving { column } | Reason::Short { joint: column, .. } => Some(column.clone()),
+            _ => None,
+        };
         match self.rejected.last_mut() {
             Some(last)
-                if moves(&last.reason)
-                    && last.reason == rejected.reason
+                if moving(&last.reason).is_some()
+                    && moving(&last.reason) == moving(&rejected.reason)
                     && (0.0..BACK).contains(&(rejected.interval[0] - last.interval[1])) =>
             {
                 last.interval[1] = rejected.interval[1];
+                // What goes on from one run to the next is no standstill that is too short.
+                last.reason = moving(&last.reason).map_or(rejected.reason, |column| Reason::Moving { column });
             }
             _ => self.rejected.push(rejected),
         }

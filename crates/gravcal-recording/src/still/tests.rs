@@ -469,3 +469,26 @@ fn a_count_that_jumps_parts_a_standstill_and_nothing_else() {
         assert!((same.pose.position[0] - expected).abs() < 1e-4, "{index}");
     }
 }
+
+/// Torques come in rows of their own, 33 a second beside 100 of positions: the arm stands too short for them, and that is said, not that it
+/// moves.
+#[test]
+fn a_stand_too_short_for_the_slower_column_is_told_as_that() {
+    let stands = (0..8).map(|place| ([0.1 * f64::from(place), 0.5], 1.0)).collect();
+    let (rows, _) = Recording { rate: 100.0, stands, motion: 1.0, ..Recording::default() }.rows();
+    let mut split = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        split.push(vec![row[0], row[1], row[2], f64::NAN, f64::NAN]);
+        if index % 3 == 0 {
+            split.push(vec![row[0] + 2e-4, f64::NAN, f64::NAN, row[3], row[4]]);
+        }
+    }
+    let found = found_in(split);
+    assert!(!found.rejected.is_empty(), "{found:#?}");
+    for rejected in &found.rejected {
+        assert!(matches!(&rejected.reason, Reason::Short { samples, .. } if *samples < 40), "{rejected}");
+        assert!(rejected.to_string().contains("let the arm stand for 1."), "{rejected}");
+    }
+    let (column, rate) = found.clock.seldom.unwrap();
+    assert!(["x", "y"].contains(&column.as_str()) && (rate - 33.3).abs() < 1.0, "{column} {rate}");
+}

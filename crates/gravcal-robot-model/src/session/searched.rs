@@ -59,7 +59,7 @@ impl Searched {
     /// `mapping`: by which they were found.
     pub fn notes(&self, mapping: &PoseMapping) -> Vec<String> {
         let name = file_name(&self.path);
-        let standstills = self.standstills.iter().flat_map(|found| standstill_notes(&name, found));
+        let standstills = self.standstills.iter().flat_map(|found| standstill_notes(&name, found, mapping));
         let sweeps = self.sweeps.iter().flat_map(|found| sweep_notes(&name, found, mapping));
         let remarks = self.remarks.iter().map(|remark| format!("{name}: {remark}"));
         let windows = self.windows.iter().flat_map(|found| window_notes(&name, found, mapping));
@@ -150,19 +150,31 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
             column.column
         )
     });
-    let wrapping = wraps.iter().zip(&mapping.positions).filter(|(wraps, _)| **wraps > 0);
-    let wrapping: Vec<String> = wrapping.map(|(wraps, column)| format!("`{}` {wraps} times", column.column)).collect();
-    let wrapping = (!wrapping.is_empty()).then(|| {
-        format!("{name}: positions wrap ({}); full turns are added, so that each joint goes on.", wrapping.join(", "))
+    let wrapping = wrapping(wraps, mapping).map(|columns| {
+        format!("{name}: positions wrap ({columns}); full turns are added, so that each joint goes on.")
     });
     let oddities = oddities(name, *repeated, *without_time, *interruptions);
     [reported].into_iter().chain(noise).chain(wrapping).chain(oddities).collect()
 }
 
-fn standstill_notes(name: &str, standstills: &Standstills) -> Vec<String> {
-    let Standstills { found, rejected, repeated, without_time, interruptions, .. } = standstills;
+fn standstill_notes(name: &str, standstills: &Standstills, mapping: &PoseMapping) -> Vec<String> {
+    let Standstills { found, rejected, repeated, without_time, interruptions, wraps, .. } = standstills;
     let reported = format!("{name}: {} standstills found{}{}", found.len(), length(found), reported_rejected(rejected));
-    [reported].into_iter().chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
+    let wrapping = wrapping(wraps, mapping).map(|columns| {
+        format!(
+            "{name}: positions jump by about a full turn ({columns}), as angles that wrap. A standstill there has no mean, and poses before \
+             and after are a turn apart: add the turns, or record angles that go on."
+        )
+    });
+    let oddities = oddities(name, *repeated, *without_time, *interruptions);
+    [reported].into_iter().chain(wrapping).chain(oddities).collect()
+}
+
+/// Columns of the positions that wrap, and how often; `None` where none does.
+fn wrapping(wraps: &[u64], mapping: &PoseMapping) -> Option<String> {
+    let wrapping = wraps.iter().zip(&mapping.positions).filter(|(wraps, _)| **wraps > 0);
+    let wrapping: Vec<String> = wrapping.map(|(wraps, column)| format!("`{}` {wraps} times", column.column)).collect();
+    (!wrapping.is_empty()).then(|| wrapping.join(", "))
 }
 
 /// How long they are, and what a mean is worth.

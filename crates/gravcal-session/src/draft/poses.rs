@@ -34,9 +34,11 @@ pub(super) enum Rule {
 }
 
 impl Rule {
-    pub fn of(searched: Option<&Searched>) -> Rule {
+    /// `apart`: no row has both positions and torques, so that none is a pose by itself.
+    pub fn of(searched: Option<&Searched>, apart: bool) -> Rule {
         match searched {
             None => Rule::Rows,
+            Some(searched) if searched.found() == 0 && apart => Rule::Still,
             Some(searched) if searched.found() == 0 => Rule::Select,
             Some(searched) if searched.sweeps.is_some() => Rule::Sweeps,
             Some(_) => Rule::Still,
@@ -51,7 +53,10 @@ impl Draft<'_> {
             Rule::Rows => String::new(),
             Rule::Still => {
                 let found = searched.map_or(0, Searched::found);
-                format!("\n# Poses are the standstills found in the recording: {found}.\n[readings.still]\n{STILL}")
+                let none = if found == 0 { NONE_STANDS } else { "" };
+                format!(
+                    "\n# Poses are the standstills found in the recording: {found}.\n{none}[readings.still]\n{STILL}"
+                )
             }
             Rule::Sweeps => {
                 let found = searched.map_or(0, Searched::found);
@@ -140,6 +145,11 @@ impl DraftJoint {
 }
 
 const STILL: &str = "# least_duration_s = 0.1               # shorter ones are left out
+";
+
+const NONE_STANDS: &str = "\
+# LOOK AT THIS: none was found. Positions and torques come in rows of their own (two topics), so that no row is a pose by itself: record
+# again, and let the arm stand longer in each pose; the slower topic tells how long.
 ";
 
 const IN_MOTION: &str = "

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use gravcal_recording::{
     ConditionColumn, ConditionColumns, ConditionUnit, CsvWriting, Inspection, MotionSource, PoseMapping,
-    PositionColumn, ReadError, ReadingColumn, Row, Rows, Stillness, SweepRule, Travel, WIDEST_BIN, Watched, open_as,
-    slow_sweeps, static_poses,
+    PositionColumn, ReadError, ReadingColumn, Row, Rows, Stillness, SweepRule, TimeFound, Travel, WIDEST_BIN, Watched,
+    open_as, slow_sweeps, static_poses,
 };
 use gravcal_robot_model::session::travel::{BIN, STEADY};
 use gravcal_robot_model::session::{Joined, Searched};
@@ -180,7 +180,7 @@ impl<'a> Draft<'a> {
             let positions: Vec<f64> = cells.iter().zip(&scales).map(|(cell, scale)| scale * cell).collect();
             joined.take(&positions);
         })?;
-        Ok(joined.report(self.recording, self.inspection.time.is_some()))
+        Ok(joined.report(self.recording, self.time().is_some()))
     }
 
     /// Poses are not looked for in what a wrist sensor reads.
@@ -204,8 +204,22 @@ impl<'a> Draft<'a> {
         self.inspection.time.as_ref().is_none_or(|time| is_slow(time.interval_s))
     }
 
+    /// Whether positions and torques are those of different topics, each with rows of its own.
+    pub(super) fn is_in_rows_apart(&self) -> bool {
+        // Of `/arm/js:shoulder.position` the topic; columns of one topic, or of no bag, have none in common names.
+        let topic = |column: &str| {
+            column.split_once(':').map(|(topic, _)| topic.to_owned()).filter(|topic| topic.starts_with('/'))
+        };
+        let apart = |joint: &DraftJoint| {
+            joint.torque.as_ref().is_none_or(|(torque, _)| topic(torque) != topic(&joint.position.0))
+        };
+        self.joints.iter().all(apart)
+    }
+
     pub(super) fn time(&self) -> Option<ConditionColumn> {
-        let time = self.inspection.time.as_ref()?;
+        // A clock that stands tells nothing of poses.
+        let stands = |time: &TimeFound| self.rows_are_poses() && (time.stands() || time.interval_s == 0.0);
+        let time = self.inspection.time.as_ref().filter(|time| !stands(time))?;
         let unit = ConditionUnit::TIME.into_iter().find(|unit| unit.name == time.unit)?;
         Some(ConditionColumn { column: time.column.clone(), unit })
     }

@@ -192,6 +192,25 @@ fn a_joint_without_torque_readings_has_no_torque_column() {
     assert_eq!(notes, ["no torque is recorded of elbow: the column is \"\" there"]);
 }
 
+/// No row has both positions and torques: limits of motion make no pose of it.
+#[test]
+fn where_topics_have_rows_of_their_own_standstills_are_looked_for() {
+    let header = "t_s,/a:shoulder.position,/a:elbow.position,/b:shoulder.effort,/b:elbow.effort";
+    let rows: String = (0..400)
+        .map(|row| {
+            let t = f64::from(row) / 100.0;
+            match row % 2 {
+                0 => format!("{t},{},{},,\n", t.sin(), t.cos()),
+                _ => format!("{t},,,{},{}\n", 1.0 + t, 2.0 - t),
+            }
+        })
+        .collect();
+    let (text, _, session) = drafted(&format!("{header}\n{rows}"));
+    assert!(text.contains("[readings.still]") && text.contains("# LOOK AT THIS: none was found."), "{text}");
+    let reported = session.unwrap_err();
+    assert!(reported.contains("let the arm stand") && !reported.contains("delete the row"), "{reported}");
+}
+
 /// A robot's joints may stand in another order than that of the numbers in their names.
 #[test]
 fn numbers_of_the_robots_joints_count_where_they_are_those_of_the_columns() {

@@ -26,7 +26,7 @@ impl Draft<'_> {
     /// The session, to stand in `folder`. `poses`: what [`search`](Self::search) found.
     pub fn text(&self, poses: &DraftPoses, folder: &Path) -> String {
         let searched = poses.searched();
-        let rule = Rule::of(searched);
+        let rule = Rule::of(searched, self.is_in_rows_apart());
         let recording = relative_path(folder, self.recording);
         let mut text = format!(
             "# A session to start from, drawn up by `gravcal inspect` from {}.\n{HEAD}",

@@ -1,8 +1,10 @@
 //! One column of a recording: its range, its rate, and whether its sensor is stuck or at an end of its range.
 
+use std::f64::consts::PI;
+
 use serde::Serialize;
 
-use super::names::{Guess, guess};
+use super::names::{Guess, Meaning, guess};
 
 /// First intervals, whose median is the usual one.
 const FIRST: usize = 1001;
@@ -35,6 +37,10 @@ pub struct ColumnFound {
     pub stuck: Option<Stuck>,
     /// Where it seems to be at an end of its range.
     pub clipped: Vec<Clipped>,
+    /// Whether every reading is more than the one before, as a clock's.
+    pub rises: bool,
+    /// Of an angle, how often it jumps by about a full turn from one reading to the next.
+    pub wraps: u64,
 }
 
 /// A time during which nothing changes.
@@ -72,7 +78,17 @@ pub(super) struct ColumnWatch {
     /// Readings equal to the one before, in runs shorter than those that are stuck, and readings that differ from it.
     equal: u64,
     changes: u64,
+    last: f64,
+    /// Readings that are not more than the one before.
+    falls: u64,
+    /// Jumps by about each of [`TURNS`].
+    jumps: [u64; 2],
 }
+
+/// A full turn in rad and in degrees, and the share of it by which a reading jumps where an angle wraps: no joint turns by the rest from
+/// one reading to the next.
+const TURNS: [f64; 2] = [2.0 * PI, 360.0];
+const WRAPS: [f64; 2] = [0.95, 1.01];
 
 /// An extreme, and how many readings are there.
 #[derive(Clone, Copy, Debug, Default)]
@@ -104,6 +120,9 @@ impl Default for ColumnWatch {
             longest: none,
             equal: 0,
             changes: 0,
+            last: f64::NAN,
+            falls: 0,
+            jumps: [0; 2],
         }
     }
 }
@@ -120,6 +139,11 @@ impl ColumnWatch {
             self.intervals.push(interval);
         }
         self.last_time = time;
+        let step = reading - std::mem::replace(&mut self.last, reading);
+        self.falls += u64::from(step <= 0.0);
+        for (jumps, turn) in self.jumps.iter_mut().zip(TURNS) {
+            *jumps += u64::from((WRAPS[0] * turn..WRAPS[1] * turn).contains(&step.abs()));
+        }
         if rests && reading == self.run.at {
             return;
         }
@@ -158,9 +182,15 @@ impl ColumnWatch {
         let is_stuck = constant || varied && self.longest.readings >= STUCK;
         let clipped =
             |end: &End| (varied && end.readings >= CLIPPED).then_some(Clipped { at: end.at, readings: end.readings });
+        let guess = guess(name, lowest, highest, self.whole);
+        let turn = match (guess.meaning, guess.unit) {
+            (Some(Meaning::Position), Some("rad")) => Some(0),
+            (Some(Meaning::Position), Some("deg")) => Some(1),
+            _ => None,
+        };
         ColumnFound {
             name: name.to_owned(),
-            guess: guess(name, lowest, highest, self.whole),
+            guess,
             readings: self.readings,
             interval_s: interval,
             lowest,
@@ -168,6 +198,8 @@ impl ColumnWatch {
             whole: self.whole && self.readings > 0,
             stuck: is_stuck.then_some(Stuck { from_s: self.longest.from_s / per_second, ..self.longest }),
             clipped: [self.lowest, self.highest].iter().filter_map(clipped).collect(),
+            rises: self.readings > 1 && self.falls == 0,
+            wraps: turn.map_or(0, |turn| self.jumps[turn]),
         }
     }
 }

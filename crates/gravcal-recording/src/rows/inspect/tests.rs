@@ -327,3 +327,33 @@ fn a_joint_that_moves_without_any_torque_reading_is_one_of_the_arm() {
     let silent: Vec<String> = found.joints_with_silent_torque().into_iter().map(|joint| joint.name).collect();
     assert_eq!(silent, ["b"]);
 }
+
+#[test]
+fn what_may_be_a_clock_is_told() {
+    let rows: String = (0..30).map(|row| format!("{},{}\n", 10 * row, row % 7)).collect();
+    let text = inspected(&format!("tick,q1\n{rows}")).to_string();
+    assert!(text.contains("`tick` rises in every row: if it is one, call it `time_ms`"), "{text}");
+    let text = inspected(&format!("q2,q1\n{rows}")).to_string();
+    assert!(!text.contains("rises in every row"), "{text}");
+}
+
+#[test]
+fn a_clock_with_too_few_digits_is_reported() {
+    let rows: String = (0..30).map(|row| format!("1.764144e+09,{row}\n")).collect();
+    let found = inspected(&format!("t_s,q1\n{rows}"));
+    assert!(found.time.as_ref().is_some_and(TimeFound::stands));
+    let text = found.to_string();
+    assert!(text.contains("The clock stands: 29 of 30 rows have the time of the row before."), "{text}");
+    assert!(!thousand("q1", f64::from).to_string().contains("The clock stands"));
+}
+
+#[test]
+fn an_angle_that_wraps_is_reported_where_rows_are_near_in_time() {
+    let angle = |row: u32| (f64::from(row) + 180.0).rem_euclid(360.0) - 180.0;
+    let found = thousand("q1_deg", angle);
+    assert_eq!(found.columns[0].wraps, 3);
+    assert!(found.to_string().contains("jumps by about a full turn 3 times"), "{found}");
+    assert_eq!(thousand("tau1", angle).columns[0].wraps, 0);
+    let poses: String = (0..9).map(|row| format!("{},{}\n", 10 * row, angle(179 * row))).collect();
+    assert!(!inspected(&format!("t_s,q1_deg\n{poses}")).to_string().contains("full turn"));
+}

@@ -8,6 +8,8 @@ use super::{ColumnFound, Inspection, Meaning, TimeFound};
 
 /// Longest name of a column that is told in full.
 const NAME: usize = 29;
+/// Rows that are nearer than this, s, are samples of a motion.
+const SAMPLED: f64 = 0.2;
 /// No reading of any sensor, in any unit, is beyond this.
 const RUBBISH: f64 = 1e30;
 
@@ -23,7 +25,10 @@ impl fmt::Display for Inspection {
         }
         match &self.time {
             Some(time) => time_text(f, time)?,
-            None => writeln!(f, "No column is a clock: rows are taken to be equally far apart.")?,
+            None => {
+                writeln!(f, "No column is a clock: rows are taken to be equally far apart.")?;
+                self.perhaps_clock().map_or(Ok(()), |perhaps| wrapped(f, "", &perhaps))?;
+            }
         }
         if self.repeated > 0 {
             writeln!(f, "{} rows repeat the row before them.", self.repeated)?;
@@ -40,10 +45,36 @@ impl fmt::Display for Inspection {
     }
 }
 
+/// Rows from which on it is no chance that a column only rises.
+const RISING: u64 = 20;
+
+impl Inspection {
+    /// What may be a clock though its name does not tell it.
+    fn perhaps_clock(&self) -> Option<String> {
+        let rises = |column: &&ColumnFound| {
+            column.rises && column.guess.meaning.is_none() && column.readings == self.rows && self.rows >= RISING
+        };
+        let column = self.columns.iter().find(rises)?;
+        Some(format!(
+            "`{0}` rises in every row: if it is one, call it `time_ms` (or _s, _us, _ns, by its unit), or say time = {{ column = \"{0}\", \
+             unit = \"ms\" }} in [readings] of a session.",
+            column.name
+        ))
+    }
+}
+
 fn time_text(f: &mut fmt::Formatter<'_>, time: &TimeFound) -> fmt::Result {
     let TimeFound { column, unit, from_s, to_s, interval_s, .. } = time;
     let from = instant(Some(time), *from_s);
     writeln!(f, "{:.3} s from {from} on, {} Hz (`{column}` in {unit})", to_s - from_s, rate(*interval_s))?;
+    if time.stands() {
+        let text = format!(
+            "The clock stands: {} of {} rows have the time of the row before. `{column}` was written with too few digits (1.764144e+09 for \
+             1764144012.345), or is no time of measurement. Write it again with all its decimals.",
+            time.standing, time.rows
+        );
+        wrapped(f, "", &text)?;
+    }
     if time.gaps > 0 {
         let gaps: Vec<String> = time
             .first_gaps
@@ -107,6 +138,15 @@ fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], time: Optio
                 wrapped(f, "  ! ", &text)?;
             }
             None => {}
+        }
+        // From one static pose to the next a joint may turn by as much.
+        if column.wraps > 0 && time.is_some_and(|time| time.interval_s < SAMPLED) {
+            let text = format!(
+                "jumps by about a full turn {} times, as an angle that wraps. A standstill there has no mean, and poses before and after are a \
+                 turn apart: add the turns, or record an angle that goes on. With motion = {{}} they are added.",
+                column.wraps
+            );
+            wrapped(f, "  ! ", &text)?;
         }
         if column.guess.commanded {
             wrapped(f, "  - ", "what was asked of the joint, as its name says: no reading of a sensor")?;

@@ -34,6 +34,20 @@ pub struct TimeFound {
     pub first_backwards: Option<u64>,
     /// Rows without a time.
     pub missing: u64,
+    /// Rows with a time, and those of them that have the time of the row before.
+    pub rows: u64,
+    /// See `rows`.
+    pub standing: u64,
+}
+
+/// Share of the rows that have the time of the row before, from which on the clock stands; several topics have some in common.
+const STANDS: f64 = 0.85;
+
+impl TimeFound {
+    /// Whether its times tell next to nothing: nearly all rows have that of the row before.
+    pub fn stands(&self) -> bool {
+        self.standing > 0 && self.standing as f64 > STANDS * self.rows as f64
+    }
 }
 
 /// A time without rows.
@@ -59,6 +73,8 @@ pub(super) struct TimeWatch {
     backwards: u64,
     first_backwards: Option<u64>,
     missing: u64,
+    rows: u64,
+    standing: u64,
 }
 
 impl TimeWatch {
@@ -67,12 +83,14 @@ impl TimeWatch {
             self.missing += 1;
             return;
         }
+        self.rows += 1;
         if self.first.is_none() {
             self.first = Some(time);
             (self.last, self.latest) = (time, time);
             return;
         }
         let interval = time - self.last;
+        self.standing += u64::from(interval == 0.0);
         if interval < 0.0 {
             self.backwards += 1;
             self.first_backwards.get_or_insert(row);
@@ -134,6 +152,8 @@ impl TimeWatch {
             backwards: self.backwards,
             first_backwards: self.first_backwards,
             missing: self.missing,
+            rows: self.rows,
+            standing: self.standing,
         })
     }
 }
