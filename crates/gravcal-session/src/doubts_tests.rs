@@ -266,6 +266,57 @@ fn columns_that_bear_the_names_of_other_joints_are_reported() {
     assert_eq!(doubts(["joint_1", "joint_2"], ["joint_0_q", "joint_1_q", "joint_0_y", "joint_1_y"]), [""; 0]);
 }
 
+#[test]
+fn a_load_that_hangs_many_arm_lengths_away_is_reported() {
+    let load = |at: &str| {
+        let load = format!(
+            "[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'\nposition_m = {at}\n[[poses]]\nfile = 'day.csv'\nload = 'plate'"
+        );
+        read(["rad", "N·m"], ["", &load], poses(1.0, 1.0)).doubts
+    };
+    let reported = load("[50, 0, 100]");
+    let expected = "Load `plate` is stated 112 m away from link2, which carries it: is position_m in mm?";
+    assert!(reported.len() == 1 && reported[0].starts_with(expected), "{reported:?}");
+    assert_eq!(load("[0.05, 0, 0.1]"), [""; 0]);
+}
+
+/// The controller has taken gravity from them.
+#[test]
+fn torques_about_zero_beside_heavy_masses_may_be_external_ones() {
+    let noise = poses(1.0, 1.0).zip(0..).map(|([a, b, ..], row)| [a, b, 0.02 * random(row, 3), 0.02 * random(row, 4)]);
+    let reported = session(["rad", "N·m"], "", noise).doubts;
+    assert!(reported.len() == 1 && reported[0].contains("They may be external torques"), "{reported:?}");
+    // Small torques about another number are in another unit.
+    let small = poses(1.0, 1e-3).map(|[a, b, c, d]| [a, b, c + 5.0, d + 5.0]);
+    let reported = session(["rad", "N·m"], "", small).doubts;
+    assert!(reported.len() == 1 && !reported[0].contains("external"), "{reported:?}");
+}
+
+/// Of a wrist sensor that somebody turned: moments in N·mm make what it carries hang metres away.
+#[test]
+fn moments_in_newton_millimetres_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let doubts = |scale: f64| {
+        let row = |row: u32| {
+            let angle = 2.5 * random(row, 1);
+            let (force, half) = ([0.0, 15.0 * angle.sin(), -15.0 * angle.cos()], 0.5 * angle);
+            let moment = [0.1 * scale * force[1], 0.05 * scale * force[2], 0.0];
+            let cells = force.into_iter().chain(moment).chain([half.sin(), 0.0, 0.0, half.cos()]);
+            cells.map(|cell| cell.to_string()).collect::<Vec<_>>().join(",") + "\n"
+        };
+        let rows: String = (0..40).map(row).collect();
+        fs::write(folder.path().join("day.csv"), format!("fx,fy,fz,tx,ty,tz,qx,qy,qz,qw\n{rows}")).unwrap();
+        let written = "[gravity]\nmagnitude_m_per_s2 = 9.81\n[readings]\norientation = { columns = ['qx', 'qy', 'qz', 'qw'], order = 'xyzw', \
+                       rotation = 'base-from-body' }\n[[force_torque_sensor]]\nname = 'wrist'\nreadings = { columns = ['fx', 'fy', 'fz', 'tx', \
+                       'ty', 'tz'], unit = 'N' }\n[[poses]]\nfile = 'day.csv'\n";
+        fs::write(folder.path().join("session.toml"), written).unwrap();
+        read_session(&folder.path().join("session.toml")).unwrap().doubts
+    };
+    let reported = doubts(1000.0);
+    assert!(reported.len() == 1 && reported[0].contains("are the moments in N·mm?"), "{reported:?}");
+    assert_eq!(doubts(1.0), [""; 0]);
+}
+
 /// The first doubt of right poses of which one text is another.
 fn of_change(text: &str, other: &str) -> String {
     read_with([text, other], ["rad", "N·m"], ["", ""], poses(1.0, 1.0)).doubts.swap_remove(0)

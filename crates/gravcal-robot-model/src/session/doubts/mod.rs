@@ -1,8 +1,10 @@
-//! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, gravity of another planet, positions
-//! and torques in another unit than declared or of two joints that are read as one's, sensors that are stuck, and rows of an arm in motion
+//! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, loads that hang far off, gravity of
+//! another planet, positions
+//! and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are stuck, and rows of an arm in motion
 //! that are taken as static poses.
 
 mod columns;
+mod far_away;
 mod motion;
 mod names;
 mod positions;
@@ -20,7 +22,7 @@ use super::contents::Session;
 impl Session {
     /// The same in sentences, each with what to do about it.
     pub fn find_doubts(&self) -> Vec<String> {
-        let stated = robot::doubts(self).into_iter().chain(stated::doubts(self));
+        let stated = robot::doubts(self).into_iter().chain(stated::doubts(self)).chain(far_away::doubts(self));
         let columns = stated.chain(columns::doubts(self));
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
         columns.chain(units).chain(stuck::doubts(self)).chain(motion::doubts(self)).collect()

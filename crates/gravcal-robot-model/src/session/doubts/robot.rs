@@ -14,14 +14,11 @@ const NEAR: f64 = 1e-3;
 /// One sentence or two for each mistake.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
     let chain = &session.robot.chain;
-    let still = vec![0.0; chain.joint_count()];
-    let origins: Vec<[f64; 3]> = chain.forward(&still).iter().map(Transform::translation).collect();
-    let axes = chain.axes(&still);
+    let axes = chain.axes(&vec![0.0; chain.joint_count()]);
     let (mut farthest, mut turned) = (0.0_f64, Vec::new());
-    for (link, origin) in origins.iter().enumerate() {
-        let before = chain.parent(link);
-        farthest = farthest.max(distance(*origin, before.map_or([0.0; 3], |before| origins[before])));
-        let angle = before.and_then(|before| Some(angle(*axes.get(link)?, *axes.get(before)?)));
+    for (link, length) in lengths(session).into_iter().enumerate() {
+        farthest = farthest.max(length);
+        let angle = chain.parent(link).and_then(|before| Some(angle(*axes.get(link)?, *axes.get(before)?)));
         if angle.is_some_and(|angle| meant_in_radians(angle.to_degrees())) {
             turned.push(chain.movers()[link].name.as_str());
         }
@@ -40,6 +37,15 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
         )
     });
     far.into_iter().chain(turned).collect()
+}
+
+/// How far each link's frame is from that of the link before, or from the base's, m.
+pub(super) fn lengths(session: &Session) -> Vec<f64> {
+    let chain = &session.robot.chain;
+    let still = vec![0.0; chain.joint_count()];
+    let origins: Vec<[f64; 3]> = chain.forward(&still).iter().map(Transform::translation).collect();
+    let before = |link: usize| chain.parent(link).map_or([0.0; 3], |before| origins[before]);
+    origins.iter().enumerate().map(|(link, origin)| distance(*origin, before(link))).collect()
 }
 
 /// Whether an angle in degrees is the number that π/2 or π is in radians.

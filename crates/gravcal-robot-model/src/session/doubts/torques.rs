@@ -23,13 +23,13 @@ pub(super) fn doubt(session: &Session) -> Option<String> {
     let joints = session.robot.chain.joints();
     let turning: Vec<usize> = (0..joints.len()).filter(|joint| joints[*joint].kind == JointKind::Revolute).collect();
     let model = model(session)?;
-    let read: Vec<(usize, f64)> =
+    let ranges: Vec<(usize, f64)> =
         turning.iter().filter_map(|joint| Some((*joint, half_range(read(session, *joint)?)?))).collect();
     let largest = turning.iter().flat_map(|joint| &model[*joint]).fold(0.0_f64, |most, torque| most.max(torque.abs()));
     let varies = turning.iter().filter_map(|joint| half_range(model[*joint].clone())).fold(0.0, f64::max);
-    let most = read.iter().map(|(_, varies)| *varies).fold(0.0, f64::max);
+    let most = ranges.iter().map(|(_, varies)| *varies).fold(0.0, f64::max);
     let beyond: Vec<usize> =
-        read.iter().filter(|(_, varies)| *varies > FAR * largest.max(LEAST)).map(|(joint, _)| *joint).collect();
+        ranges.iter().filter(|(_, varies)| *varies > FAR * largest.max(LEAST)).map(|(joint, _)| *joint).collect();
     if !beyond.is_empty() {
         return Some(format!(
             "As declared, torque readings of {} vary by ±{most:.0} N·m, and the robot's masses make {largest:.1} N·m at most: they are in \
@@ -37,13 +37,23 @@ pub(super) fn doubt(session: &Session) -> Option<String> {
             named(session, &beyond)
         ));
     }
-    (varies > LEAST && !read.is_empty() && most < varies / FAR_BELOW).then(|| {
-        format!(
+    (varies > LEAST && !ranges.is_empty() && most < varies / FAR_BELOW).then(|| {
+        let what = format!(
             "As declared, torque readings vary by ±{most:.1e} N·m at most, and the robot's masses make them vary by ±{varies:.1} N·m in \
-             these poses: they are in another unit. {CURE}"
-        )
+             these poses"
+        );
+        let zero = turning.iter().filter_map(|joint| mean(read(session, *joint)?)).all(|mean| mean.abs() < varies / FAR_BELOW);
+        match zero {
+            true => format!("{what}. {EXTERNAL} Or they are in another unit. {CURE}"),
+            false => format!("{what}: they are in another unit. {CURE}"),
+        }
     })
 }
+
+/// What readings about zero may be.
+const EXTERNAL: &str = "They may be external torques, from which the robot's controller has taken gravity, so that they are about zero while \
+                        nothing touches the arm. Record what the sensors measure instead: tau_J of a Franka Panda (not tau_ext_hat_filtered), \
+                        the measured torques of a KUKA iiwa (getMeasuredTorque, not getExternalTorque).";
 
 const CURE: &str = "Look at the unit in [readings] torque (mN·m is one, and so are A and count, with a nominal torque_gain in [[joint]]), \
                     and at the masses of the robot's file.";
@@ -79,6 +89,11 @@ fn read(session: &Session, joint: usize) -> Option<Vec<f64>> {
     session.joints[joint].torque_unit?;
     let gain = session.joints[joint].of(SensorParameter::TorqueGain).nominal;
     Some(session.poses.iter().filter_map(|pose| pose.torque[joint]).map(|reading| reading.value / gain).collect())
+}
+
+/// `None` where there is none.
+fn mean(numbers: Vec<f64>) -> Option<f64> {
+    (!numbers.is_empty()).then(|| numbers.iter().sum::<f64>() / numbers.len() as f64)
 }
 
 /// Half of the range of all but the ends.
