@@ -181,7 +181,8 @@ mod tests {
         assert_eq!(
             message("q,tau\n0,1\nnan,2\n", torque("tau")),
             "poses.csv:3: column `q`: the position is missing, and every torque depends on every position; \
-             delete the row"
+             delete the row, or, where positions and torques have rows of their own (two topics, two rates), let poses be found in the \
+             recording (readings.still)"
         );
     }
 
@@ -207,7 +208,8 @@ mod tests {
         assert_eq!(
             message("q,tau\n0,1\n,2\n", torque("tau")),
             "poses.csv:3: column `q`: the position is missing, and every torque depends on every position; \
-             delete the row"
+             delete the row, or, where positions and torques have rows of their own (two topics, two rates), let poses be found in the \
+             recording (readings.still)"
         );
     }
 

@@ -269,9 +269,7 @@ fn columns_that_bear_the_names_of_other_joints_are_reported() {
 #[test]
 fn a_load_that_hangs_many_arm_lengths_away_is_reported() {
     let load = |at: &str| {
-        let load = format!(
-            "[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'\nposition_m = {at}\n[[poses]]\nfile = 'day.csv'\nload = 'plate'"
-        );
+        let load = format!("load = 'plate'\n[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'\nposition_m = {at}");
         read(["rad", "N·m"], ["", &load], poses(1.0, 1.0)).doubts
     };
     let reported = load("[50, 0, 100]");

@@ -484,11 +484,10 @@ fn a_stand_too_short_for_the_slower_column_is_told_as_that() {
         }
     }
     let found = found_in(split);
-    assert!(!found.rejected.is_empty(), "{found:#?}");
-    for rejected in &found.rejected {
-        assert!(matches!(&rejected.reason, Reason::Short { samples, .. } if *samples < 40), "{rejected}");
-        assert!(rejected.to_string().contains("let the arm stand for 1."), "{rejected}");
-    }
+    let is_short = |rejected: &&Rejected| matches!(&rejected.reason, Reason::Short { samples, .. } if *samples < 40);
+    let short: Vec<&Rejected> = found.rejected.iter().filter(is_short).collect();
+    assert!(short.len() > 4 && short[0].to_string().contains("let the arm stand for 1."), "{found:#?}");
+    assert!(!found.rejected.iter().any(|rejected| matches!(rejected.reason, Reason::Moving { .. })), "{found:#?}");
     let (column, rate) = found.clock.seldom.unwrap();
     assert!(["x", "y"].contains(&column.as_str()) && (rate - 33.3).abs() < 1.0, "{column} {rate}");
 }

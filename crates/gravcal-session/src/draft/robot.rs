@@ -95,7 +95,8 @@ fn guess(path: &Path, recorded: RecordedJoints<'_>) -> Result<UrdfEnds, FileErro
     ends.ok_or_else(|| {
         let message = format!(
             "where the chain begins and ends cannot be guessed: none of its joints has the name of one that is recorded with a torque \
-             ({}), and their number, {}, does not tell it either; name the first link (base) and the last (tip)",
+             ({}), or a name that stands in just one of these, and their number, {}, does not tell it either; name the first link \
+             (base) and the last (tip)",
             recorded.join(", "),
             recorded.len()
         );

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::names::{meaning_of_unit, plain, unit_at_end, with_meaning, without_unit, words};
-use super::{Inspection, Meaning};
+use super::{ColumnFound, Inspection, Meaning};
 use crate::rows::joint_state::ColumnName;
 
 /// A shorter name says nothing by standing in another: `a` may be ampere.
@@ -48,6 +48,7 @@ impl Inspection {
     #[must_use]
     pub fn with_joint_names(mut self, joints: &[&str]) -> Inspection {
         self.guess_by_units(joints);
+        self.guess_bare_names(joints);
         let claims = self.claims(joints);
         let kinds = |claim: &Claim| -> Vec<(Meaning, bool)> {
             let guesses = claim.columns.iter().map(|column| &self.columns[*column].guess);
@@ -77,6 +78,25 @@ impl Inspection {
             let meaning = unit_at_end(&column.name).and_then(meaning_of_unit);
             if let Some(meaning) = meaning.filter(|_| named_joint(&column.name, joints).is_some()) {
                 column.guess = with_meaning(&column.name, meaning, [column.lowest, column.highest], column.whole);
+            }
+        }
+    }
+
+    /// Where no column is a position by its words or its unit, that is which alone of those that tell nothing names a joint:
+    /// `robot1/elbow_joint`.
+    fn guess_bare_names(&mut self, joints: &[&str]) {
+        if self.columns.iter().any(|column| column.guess.meaning == Some(Meaning::Position)) {
+            return;
+        }
+        let tells_nothing = |column: &&ColumnFound| column.guess.meaning.is_none() && !column.guess.commanded;
+        let named = |column: &ColumnFound| {
+            Some(column).filter(tells_nothing).and_then(|column| named_joint(&column.name, joints))
+        };
+        let named: Vec<Option<usize>> = self.columns.iter().map(named).collect();
+        for (column, joint) in self.columns.iter_mut().zip(&named).filter(|(_, joint)| joint.is_some()) {
+            if named.iter().filter(|other| *other == joint).count() == 1 {
+                column.guess =
+                    with_meaning(&column.name, Meaning::Position, [column.lowest, column.highest], column.whole);
             }
         }
     }

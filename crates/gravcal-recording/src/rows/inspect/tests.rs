@@ -306,6 +306,7 @@ fn columns_are_those_of_the_joint_whose_name_they_contain() {
             "shoulder_joint Moment [Nm]",
         ],
         ["elbow_joint_deg", "shoulder_joint_deg", "elbow_joint_Nm", "shoulder_joint_Nm"],
+        ["robot1/elbow_joint", "robot1/shoulder_joint", "robot1_tau/elbow_joint", "robot1_tau/shoulder_joint"],
     ] {
         let header = format!("t_s,{elbow},{shoulder},{elbows_torque},{shoulders_torque}");
         let pair = |position: &str, torque: &str| (position.to_owned(), torque.to_owned());
