@@ -95,7 +95,8 @@ pub(crate) fn unexplained_error(joint: &JointFit, unexplained: &UnexplainedResul
 pub(crate) fn chi_squared(fit: &Fit) -> String {
     let chi_squared = significant(fit.chi_squared, 5);
     let chi_squared = format!("χ² {chi_squared} for {} degrees of freedom", fit.degrees_of_freedom);
-    if let Some(times) = fit.times_noise.filter(|_| fit.joints.iter().any(|joint| joint.noise_estimated)) {
+    let in_part = fit.p_value.is_some() && fit.joints.iter().any(|joint| joint.noise_estimated);
+    if let Some(times) = fit.times_noise.filter(|_| in_part) {
         return format!(
             "{chi_squared}; residuals of the channels that state their noise are {} times that, {}",
             significant(times, 3),

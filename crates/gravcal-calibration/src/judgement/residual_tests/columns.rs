@@ -18,8 +18,9 @@ pub const ALL_JOINTS: &str = "all joints";
 const ORDERS: std::ops::RangeInclusive<u32> = 1..=4;
 /// Step by which the slope over a coordinate is taken, rad.
 const STEP: f64 = 1e-4;
-/// More tables are not compared.
+/// More tables are not compared: by a bias of each; by gravity and zeros of encoders, which change between recordings and not between sweeps.
 const MOST_TABLES: usize = 40;
+const MOST_RECORDINGS: usize = 6;
 /// Rows of a table that can be told to drift.
 const DRIFTING: usize = 4;
 /// Travel over which friction is taken to build up where that is looked for, rad or m: that of most gears.
@@ -140,12 +141,13 @@ impl<'a> Columns<'a> {
         match term {
             Term::Trend => vec![self.trend(channel, |_| 0)],
             Term::TrendInTables => self.trend_in_tables(channel),
-            Term::Tables => {
-                self.apart(&self.tables(channel), |within| vec![self.reading(channel, |pose| f64::from(within(pose)))])
-            }
-            Term::PositionOffsets => self
-                .apart(&self.tables_of_all(), |within| vec![self.coordinate(channel, |pose| f64::from(within(pose)))]),
-            Term::Gravity => self.apart(&self.tables_of_all(), |within| {
+            Term::Tables => self.apart(&self.tables(channel), MOST_TABLES, |within| {
+                vec![self.reading(channel, |pose| f64::from(within(pose)))]
+            }),
+            Term::PositionOffsets => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
+                vec![self.coordinate(channel, |pose| f64::from(within(pose)))]
+            }),
+            Term::Gravity => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
                 self.turned_gravity.iter().map(|turned| self.only(turned, within)).collect()
             }),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
@@ -294,9 +296,14 @@ impl<'a> Columns<'a> {
         vec![self.trend(channel, |pose| self.session.poses[pose].table)]
     }
 
-    /// Columns of each table but the first.
-    fn apart(&self, tables: &[usize], of: impl Fn(&dyn Fn(usize) -> bool) -> Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-        if tables.len() > MOST_TABLES {
+    /// Columns of each table but the first; none of more than `most`.
+    fn apart(
+        &self,
+        tables: &[usize],
+        most: usize,
+        of: impl Fn(&dyn Fn(usize) -> bool) -> Vec<Vec<f64>>,
+    ) -> Vec<Vec<f64>> {
+        if tables.len() > most {
             return Vec::new();
         }
         tables.iter().skip(1).flat_map(|table| of(&|pose| self.session.poses[pose].table == *table)).collect()
