@@ -240,7 +240,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::PositionOffset { file } => (
             format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
-            "Either it was homed anew between the tables, or the load is not where position_m says, or the joint gives way under it. Record all \
+            "Either it was homed anew between the tables, or the load is not where position_m says, the joint gives way under it, or lengths of the robot are others. Record all \
              tables after one homing, or calibrate those before and after by themselves."
                 .into(),
         ),
