@@ -177,7 +177,7 @@ impl Problem {
     /// The same blocks with other factors: other noise, other samples.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`], of the factors.
+    /// As [`build`](crate::ProblemBuilder::build), of the factors.
     pub fn with_factors(&self, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
         self.rebuilt(&[], "", factors)
     }
@@ -185,7 +185,7 @@ impl Problem {
     /// The same problem under other constraints.
     ///
     /// # Errors
-    /// As [`ProblemBuilder::build`], of the constraints.
+    /// As [`build`](crate::ProblemBuilder::build), of the constraints.
     pub fn with_constraints(&self, constraints: Vec<Constraint>) -> Result<Problem, ProblemError> {
         check_constraints(&self.blocks, &constraints)?;
         Ok(Problem { constraints, ..self.clone() })
