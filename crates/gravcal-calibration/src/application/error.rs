@@ -47,10 +47,10 @@ pub enum ApplicationError {
     },
     /// A sensor's model needs velocities that no column says.
     #[error(
-        "{model} of joint {joint} depends on velocities, and readings.velocity is a slope over whole tables: name columns of \
-         velocities"
+        "{model} of joint {joint} depends on velocities, and readings.velocity of the session names no columns of them: say velocity = {{ \
+         columns = […], unit = \"rad/s\" }} in [readings], and give that session by --session"
     )]
-    Slope {
+    NoVelocities {
         /// The joint.
         joint: String,
         /// The sensor's model.

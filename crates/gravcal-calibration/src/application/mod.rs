@@ -276,15 +276,16 @@ impl<'a> Application<'a> {
 
 /// Whether a recording says all that the sensors' models need.
 fn check_conditions(session: &Session) -> Result<(), ApplicationError> {
-    let slope = matches!(session.readings.conditions.velocity, MotionSource::Slope(_));
+    // A slope is one over whole tables; what windows and standstills tell of motion is not in a row.
+    let said = matches!(session.readings.conditions.velocity, MotionSource::Columns(_));
     let directed = !session.readings.conditions.direction.is_empty();
     for model in session.terms.models() {
         let joint = session.robot.chain.joints()[model.joint].name.clone();
         if model.needs(Need::Time) {
             return Err(ApplicationError::Drift { joint, model: model.name.to_owned() });
         }
-        if slope && (model.needs(Need::Velocity) || model.needs(Need::Direction) && !directed) {
-            return Err(ApplicationError::Slope { joint, model: model.name.to_owned() });
+        if !said && (model.needs(Need::Velocity) || model.needs(Need::Direction) && !directed) {
+            return Err(ApplicationError::NoVelocities { joint, model: model.name.to_owned() });
         }
     }
     Ok(())

@@ -302,9 +302,11 @@ fn what_a_recording_cannot_say_is_refused() {
 
     let friction = with_model(simulation, 1, "viscous-friction", &options, &[0.1]);
     let (mut session, calibration) = truth(&friction);
-    session.readings.conditions.velocity = MotionSource::Slope(gravcal_recording::Slope { window: 0.1 });
-    let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
-    assert_eq!(error, ApplicationError::Slope { joint: "joint2".into(), model: "viscous-friction".into() });
+    for unsaid in [MotionSource::Slope(gravcal_recording::Slope { window: 0.1 }), MotionSource::Unknown] {
+        session.readings.conditions.velocity = unsaid;
+        let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
+        assert_eq!(error, ApplicationError::NoVelocities { joint: "joint2".into(), model: "viscous-friction".into() });
+    }
 
     let (session, mut calibration) = truth(&sarcos_shoulder());
     let mut application = Application::new(&session, &calibration, &Effort::Torque, false).unwrap();

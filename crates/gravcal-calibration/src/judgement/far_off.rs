@@ -65,7 +65,8 @@ fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
         .collect();
     let (most, least) =
         all.iter().fold((0.0_f64, f64::MAX), |(most, least), gain| (most.max(gain.ratio), least.min(gain.ratio)));
-    let one_factor = all.iter().all(|gain| gain.together) && are_off_together(&all);
+    let alike = most < (1.0 + ONE_FACTOR) * least || are_off_together(&all);
+    let one_factor = all.iter().all(|gain| gain.together) && alike;
     if all.len() > 1 && (one_factor || all.iter().all(|gain| gain.far) && most < FAR * least) {
         return vec![of_all(session, least, most)];
     }
@@ -177,6 +178,7 @@ impl Reported {
 #[cfg(test)]
 mod tests {
     use gravcal_recording::TorqueUnit;
+    use gravcal_robot_model::parameter::SensorParameter;
     use gravcal_robot_model::session::Session;
 
     use super::doubts_of_results;
@@ -223,6 +225,13 @@ mod tests {
         let (verdict, doubts) = doubts(&session);
         assert_eq!(verdict, Verdict::PartlyDetermined);
         assert!(doubts.len() == 1 && doubts[0].starts_with("All torque gains are 0.44 times"), "{doubts:?}");
+        // Sensors that differ by a tenth themselves.
+        let mut scattered = session.clone();
+        for (joint, share) in scattered.joints.iter_mut().zip([0.88, 1.0, 1.12]) {
+            joint.parameters[SensorParameter::TorqueGain as usize].nominal *= share;
+        }
+        let (_, of_scattered) = self::doubts(&scattered);
+        assert!(of_scattered.len() == 1 && of_scattered[0].starts_with("All torque gains are 0.3"), "{of_scattered:?}");
         session.loads.iter_mut().for_each(|load| load.mass /= 2.2 / 1.1);
         assert_eq!(self::doubts(&session), (Verdict::Determined, vec![]), "a tenth is calibration");
     }

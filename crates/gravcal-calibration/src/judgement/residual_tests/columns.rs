@@ -57,7 +57,7 @@ pub struct Columns<'a> {
     readings: Vec<Vec<ReadingRow>>,
     /// By joint, what a step of its coordinate does to the whitened residuals; empty of joints that slide.
     slopes: Vec<Vec<f64>>,
-    /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it.
+    /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it; empty where no tables are compared.
     turned_gravity: [Vec<f64>; 2],
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
@@ -87,8 +87,21 @@ impl<'a> Columns<'a> {
             readings[id.channel].push(ReadingRow { row, pose: id.pose, std: solved.readings().std(session, *id) });
         }
         let torques = solved.standing_torques(session)?;
-        let turned_gravity = turned_gravity(solved)?;
-        Ok(Columns { session, solved, rows, readings, slopes, turned_gravity, torques, times, predictions })
+        let mut columns = Columns {
+            session,
+            solved,
+            rows,
+            readings,
+            slopes,
+            turned_gravity: Default::default(),
+            torques,
+            times,
+            predictions,
+        };
+        if (2..=MOST_RECORDINGS).contains(&columns.tables_of_all().len()) {
+            columns.turned_gravity = turned_gravity(solved)?;
+        }
+        Ok(columns)
     }
 
     /// Every term that can be looked for in a channel.
