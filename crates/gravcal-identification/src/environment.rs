@@ -27,12 +27,13 @@ pub struct SolveEnvironment<'a> {
     observer: &'a (dyn Fn(&IterationRecord) + Sync),
     stop: Option<&'a AtomicBool>,
     iterations: Option<usize>,
+    enough: f64,
 }
 
 impl<'a> SolveEnvironment<'a> {
     /// `progress` is told in a few words what is being done.
     pub fn new(solver: &'a dyn Solver, progress: &'a (dyn Fn(&str) + Sync)) -> Self {
-        SolveEnvironment { solver, progress, observer: &|_| {}, stop: None, iterations: None }
+        SolveEnvironment { solver, progress, observer: &|_| {}, stop: None, iterations: None, enough: 0.0 }
     }
 
     /// The same with someone who is told of every iteration of the solver.
@@ -60,6 +61,11 @@ impl<'a> SolveEnvironment<'a> {
     pub fn within(&self, iterations: usize) -> SolveEnvironment<'a> {
         let iterations = self.iterations.map_or(iterations, |most| most.min(iterations));
         SolveEnvironment { iterations: Some(iterations), ..*self }
+    }
+
+    /// The same for solves whose cost need not be known better than this: an iteration that lowers it by less is the last.
+    pub fn to_within(&self, enough: f64) -> SolveEnvironment<'a> {
+        SolveEnvironment { enough, ..*self }
     }
 
     /// Whether someone asked to stop.
@@ -118,8 +124,10 @@ impl<'a> SolveEnvironment<'a> {
                 (before > 0.0).then(|| (before - record.cost) / before)
             };
             let stopped = self.stopped();
+            let lowered = costs.len().checked_sub(2).map_or(f64::INFINITY, |before| costs[before] - record.cost);
             end.set(match (share_since(STILL), share_since(PATIENCE / 2)) {
                 _ if stopped => None,
+                _ if lowered < self.enough => Some(Termination::Cost { relative: lowered / record.cost }),
                 (Some(relative), _) if relative < still * (costs.len() as f64 / PATIENCE as f64).powi(3) => {
                     Some(Termination::Cost { relative })
                 }
@@ -175,6 +183,16 @@ mod tests {
         let stop = AtomicBool::new(true);
         let stopped = with_environment(|w| w.within(100).stopped_by(&stop).solve(&problem, &start)).unwrap();
         assert_eq!(stopped.termination, Termination::Stopped);
+    }
+
+    #[test]
+    fn a_solve_whose_cost_is_known_well_enough_is_over() {
+        let (problem, start, _) = sensor(&READINGS, [100.0, 0.0, 0.0], &[1], Loss::None);
+        let to_within =
+            |enough: f64| with_environment(|w| w.within(50).to_within(enough).solve(&problem, &start)).unwrap();
+        let [rough, exact] = [0.1, 0.0].map(to_within);
+        assert!(rough.termination.converged() && rough.iterations.len() < exact.iterations.len());
+        assert!((0.0..0.1).contains(&(rough.cost - exact.cost)), "{} {}", rough.cost, exact.cost);
     }
 
     #[test]

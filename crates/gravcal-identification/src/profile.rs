@@ -40,6 +40,8 @@ const RISE: f64 = 0.25;
 const LONGER: f64 = 1.5;
 /// Standard deviations over which the others can follow where those of the linear model have a basis.
 const LEAST: f64 = 0.02;
+/// Share of that growth to which the cost is known where the others follow.
+const KNOWN: f64 = 1e-4;
 /// Iterations in which the others follow, and in which they find the way from elsewhere.
 const ITERATIONS: usize = 30;
 const FROM_ELSEWHERE: usize = 300;
@@ -225,7 +227,7 @@ impl Profile<'_> {
             Some(reference) => fixed.with_reference((*reference).clone()),
             None => fixed,
         };
-        let there = environment.within(iterations).solve(&fixed, &start).ok()?;
+        let there = environment.within(iterations).to_within(KNOWN * GROWTH * self.noise).solve(&fixed, &start).ok()?;
         Some((there.cost, there.values))
     }
 
