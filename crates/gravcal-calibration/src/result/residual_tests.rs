@@ -74,6 +74,16 @@ pub enum ResidualTestKind {
         /// The file in which it is turned most.
         file: String,
     },
+    /// The mass of a load, which is stated without a standard deviation.
+    LoadMass {
+        /// Its name.
+        load: String,
+    },
+    /// The place of a load, which is stated without a standard deviation.
+    LoadPlacement {
+        /// Its name.
+        load: String,
+    },
     /// The zero of a position sensor that is another in another table.
     PositionOffset {
         /// The file that is farthest off.
@@ -102,6 +112,8 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::TorqueLag => f.write_str("torque lag"),
             ResidualTestKind::TorqueFilter => f.write_str("torque filter"),
             ResidualTestKind::Gravity { file } => write!(f, "gravity ({file})"),
+            ResidualTestKind::LoadMass { load } => write!(f, "mass of load {load}"),
+            ResidualTestKind::LoadPlacement { load } => write!(f, "place of load {load}"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),
         }

@@ -9,6 +9,7 @@ use gravcal_robot_model::session::{Pose, Session};
 use nalgebra::Vector3;
 
 use super::delayed;
+use super::loads::{StatedLoad, stated_loads};
 use super::rows::ReadingRow;
 use crate::joint::Solved;
 
@@ -46,6 +47,10 @@ pub enum Term {
     PositionOffsets,
     /// Of all channels: two coefficients for each table but the first, rad about axes perpendicular to gravity.
     Gravity,
+    /// Of all channels: the stated mass of a load, kg.
+    LoadMass(usize),
+    /// Of all channels: the stated place of a load, m along the axes of its link.
+    LoadPlacement(usize),
 }
 
 /// Makes columns: what a unit of a term's coefficient does to the whitened residuals.
@@ -59,6 +64,7 @@ pub struct Columns<'a> {
     slopes: Vec<Vec<f64>>,
     /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it; empty where no tables are compared.
     turned_gravity: [Vec<f64>; 2],
+    loads: Vec<StatedLoad>,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
     /// By pose, when it was read, s; nothing where any pose does not tell.
@@ -94,6 +100,7 @@ impl<'a> Columns<'a> {
             readings,
             slopes,
             turned_gravity: Default::default(),
+            loads: stated_loads(session, solved, rows)?,
             torques,
             times,
             predictions,
@@ -139,6 +146,13 @@ impl<'a> Columns<'a> {
         ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance, Term::PositionOffsets]).collect()
     }
 
+    /// Those of no single channel.
+    pub fn terms_of_arm(&self) -> Vec<Term> {
+        let gravity = (self.tables_of_all().len() > 1).then_some(Term::Gravity);
+        let loads = (0..self.loads.len()).flat_map(|load| [Term::LoadMass(load), Term::LoadPlacement(load)]);
+        gravity.into_iter().chain(loads).collect()
+    }
+
     /// Whether times are known.
     pub fn in_time(&self) -> bool {
         self.times.is_some()
@@ -149,7 +163,7 @@ impl<'a> Columns<'a> {
         self.times.as_ref().map_or(pose as f64, |times| times[pose])
     }
 
-    /// Columns of a term, one for each coefficient.
+    /// Columns of a term, one for each coefficient; one of all channels has the same ones in each.
     pub fn of(&self, channel: usize, term: &Term) -> Vec<Vec<f64>> {
         match term {
             Term::Trend => vec![self.trend(channel, |_| 0)],
@@ -163,6 +177,8 @@ impl<'a> Columns<'a> {
             Term::Gravity => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
                 self.turned_gravity.iter().map(|turned| self.only(turned, within)).collect()
             }),
+            Term::LoadMass(load) => self.loads[*load].mass.clone(),
+            Term::LoadPlacement(load) => self.loads[*load].placement.clone(),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
                 .map(|function| self.reading(channel, |pose| function(f64::from(*order) * self.angle(channel, pose))))
                 .into(),

@@ -11,7 +11,7 @@ use super::search::Search;
 const ROUNDING: f64 = 1e-7;
 
 impl Search<'_> {
-    /// Every term of every channel whose residuals scatter, and what all joints may do together.
+    /// Every term of every channel whose residuals scatter, what all joints may do together, and what is of none.
     pub fn candidates(&self, maker: &ResidualMaker, rows: &Rows) -> Vec<Candidate> {
         let scattered: Vec<usize> =
             (0..rows.channels()).filter(|channel| self.scatters(maker, rows, *channel)).collect();
@@ -40,8 +40,8 @@ impl Search<'_> {
                 candidates.push(Candidate::Together(term));
             }
         }
-        if !scattered.is_empty() && self.columns.tables_of_all().len() > 1 {
-            candidates.push(Candidate::Together(Term::Gravity));
+        if !scattered.is_empty() {
+            candidates.extend(self.columns.terms_of_arm().into_iter().map(Candidate::OfArm));
         }
         candidates
     }

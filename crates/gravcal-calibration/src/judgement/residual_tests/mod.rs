@@ -12,6 +12,8 @@
 //! **What changes between tables.** A bias, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a base that
 //! was moved).
 //!
+//! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]).
+//!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
 //! recorder does the same to all torques. One compliance of all joints, one lag and one filter of all torques are therefore looked for, too, and
 //! whether the zeros of all joints drift, each by itself, as an arm that warms up lets them; these have half of the probability of naming anything,
@@ -34,6 +36,7 @@ mod columns;
 mod delayed;
 mod drift;
 mod in_fit;
+mod loads;
 mod looked_for;
 mod neighbours;
 mod nothing_named;

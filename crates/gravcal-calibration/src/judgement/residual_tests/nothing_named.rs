@@ -38,7 +38,7 @@ impl Search<'_> {
             made += usize::from(columns.is_empty());
             trends.extend(drift_of_joint(candidate, self.session.joints.len()).map(|_| least));
             match candidate {
-                Candidate::Together(_) => together = together.min(least),
+                Candidate::Together(_) | Candidate::OfArm(_) => together = together.min(least),
                 _ => own = own.min(least),
             }
         }

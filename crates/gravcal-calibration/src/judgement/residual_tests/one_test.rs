@@ -6,7 +6,7 @@ use gravcal_recording::file_name;
 use super::candidate::{Candidate, Tested};
 use super::columns::Term;
 use super::score::Score;
-use super::search::Search;
+use super::search::{Search, length};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 impl Search<'_> {
@@ -14,7 +14,7 @@ impl Search<'_> {
     pub fn report(&self, channel: usize, term: &Term, scored: Score) -> Tested {
         let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain } = scored;
         let unit = self.session.channel_unit(channel);
-        let amplitude = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let amplitude = length(&coefficients);
         let first = coefficients.first().copied().unwrap_or(0.0);
         let each = if self.columns.in_time() { "s" } else { "pose" };
         let (kind, size, unit) = match term {
@@ -43,6 +43,10 @@ impl Search<'_> {
                 let (file, size) = self.most_turned(&coefficients);
                 (ResidualTestKind::Gravity { file }, size, "rad".to_owned())
             }
+            Term::LoadMass(load) => (ResidualTestKind::LoadMass { load: self.load(*load) }, first, "kg".to_owned()),
+            Term::LoadPlacement(load) => {
+                (ResidualTestKind::LoadPlacement { load: self.load(*load) }, amplitude, "m".to_owned())
+            }
         };
         let test = ResidualTest {
             channel: self.session.channel_name(channel),
@@ -59,6 +63,10 @@ impl Search<'_> {
             spoils_intervals: false,
         };
         Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, coefficients }
+    }
+
+    fn load(&self, load: usize) -> String {
+        self.session.loads[load].name.clone()
     }
 
     fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {

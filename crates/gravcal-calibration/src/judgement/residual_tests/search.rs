@@ -86,16 +86,22 @@ impl Search<'_> {
     }
 
     /// What a model without this term does not say of the readings; nothing of neighbours that are alike, which are no term.
-    fn missing(&self, candidate: &Candidate, coefficients: &[f64]) -> Option<Vec<f64>> {
+    fn missing(&self, candidate: &Candidate, coefficients: &[f64]) -> Vec<Vec<f64>> {
         match candidate {
-            Candidate::Neighbours(_) => None,
-            Candidate::Term(channel, term) => Some(self.columns.missing(*channel, term, coefficients)),
-            Candidate::Together(Term::Gravity) => Some(self.columns.missing(0, &Term::Gravity, coefficients)),
+            Candidate::Neighbours(_) => Vec::new(),
+            Candidate::Term(channel, term) => vec![self.columns.missing(*channel, term, coefficients)],
+            Candidate::OfArm(term @ Term::LoadPlacement(_)) => {
+                // About its joint's axis an offset takes up what is wrong, and nothing is seen of it: it may be as wrong there.
+                let way = length(coefficients);
+                let axes = self.columns.of(0, term).into_iter();
+                axes.map(|axis| axis.into_iter().map(|entry| way * entry).collect()).collect()
+            }
+            Candidate::OfArm(term) => vec![self.columns.missing(0, term, coefficients)],
             Candidate::Together(term) => {
                 let coefficient = coefficients.first().copied().unwrap_or(0.0);
-                Some(self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()]))
+                vec![self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()])]
             }
-            Candidate::DriftOfAll => Some(self.columns.missing_in_joints(&Term::Trend, coefficients)),
+            Candidate::DriftOfAll => vec![self.columns.missing_in_joints(&Term::Trend, coefficients)],
         }
     }
 
@@ -116,7 +122,7 @@ impl Search<'_> {
             Candidate::Neighbours(_) => Vec::new(),
             Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
             Candidate::Term(channel, term) => self.columns.of(*channel, term),
-            Candidate::Together(Term::Gravity) => self.columns.of(0, &Term::Gravity),
+            Candidate::OfArm(term) => self.columns.of(0, term),
             Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
             Candidate::DriftOfAll => self.columns.of_each_joint(&Term::Trend),
         }
@@ -126,7 +132,7 @@ impl Search<'_> {
     fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
         match candidate {
             // Joints do not bend alike: the model takes up what each does.
-            Candidate::Together(term) if *term != Term::Gravity => lacking(maker, self.columns.of_each_joint(term)),
+            Candidate::Together(term) => lacking(maker, self.columns.of_each_joint(term)),
             _ => lacking(maker, self.columns_of(candidate)),
         }
     }
@@ -205,7 +211,7 @@ impl Search<'_> {
                 };
                 Some(Tested { test, candidate: candidate.clone(), gain: 0.0, coefficients: Vec::new() })
             }
-            Candidate::Together(term) => {
+            Candidate::Together(term) | Candidate::OfArm(term) => {
                 let tested = self.report(0, term, score(maker, rows, neighbours, left)?);
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
@@ -235,10 +241,16 @@ impl Search<'_> {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
             Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
             Candidate::Term(joint, Term::Compliance) => test.in_noise >= MATTERS && !self.solved.has_bending(*joint),
-            Candidate::Term(..) | Candidate::Together(_) | Candidate::DriftOfAll => test.in_noise >= MATTERS,
+            Candidate::Term(..) | Candidate::Together(_) | Candidate::OfArm(_) | Candidate::DriftOfAll => {
+                test.in_noise >= MATTERS
+            }
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }
     }
+}
+
+pub fn length(coefficients: &[f64]) -> f64 {
+    coefficients.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 fn sum(columns: &[Vec<f64>]) -> Vec<f64> {

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 use super::candidate::{Candidate, Tested, correct};
 use super::columns::Term;
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, Verdict};
-use crate::testing::sensor_models::{estimate, shoulder, taken_as_affine, with_model};
+use crate::testing::sensor_models::{errors, estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 
 /// Noise of the shoulder's readings, counts.
@@ -277,6 +277,40 @@ fn a_base_or_an_encoder_that_moved_between_tables_is_named() {
     };
     names(&tilted, |kind| matches!(kind, ResidualTestKind::Gravity { .. }));
     names(&homed_anew, |kind| matches!(kind, ResidualTestKind::PositionOffset { .. }));
+}
+
+/// Of two loads whose places are stated one is a tenth heavier than it is said to be; and one hangs a centimetre elsewhere. About its joint's axis the
+/// offset takes up what is wrong: how far it may is in the offset's interval.
+#[test]
+fn a_load_that_is_not_as_stated_is_named_and_intervals_hold_all_the_same() {
+    let simulation = sarcos_shoulder();
+    let mut stated = simulation.session(0);
+    stated.load_distances.clear();
+    for (load, position) in stated.loads.iter_mut().zip(&simulation.truth.loads) {
+        load.position = Some(*position);
+    }
+    assert!(named(&estimate(&stated)).is_empty());
+    let (mut lighter, mut elsewhere) = (stated.clone(), stated);
+    lighter.loads[1].mass *= 0.9;
+    for load in &mut elsewhere.loads {
+        load.position = load.position.map(|[x, y, z]| [x + 0.01, y + 0.01, z]);
+    }
+    let all_named = |session: &Session| {
+        let result = estimate(session);
+        for (name, error) in errors(session, &simulation, &result) {
+            assert!(error.abs() < 3.0, "{name} is {error} standard deviations off");
+        }
+        named(&result).into_iter().cloned().collect::<Vec<ResidualTest>>()
+    };
+    let found = all_named(&lighter);
+    let heavier = |test: &ResidualTest| match &test.kind {
+        ResidualTestKind::LoadMass { load } => (*load == lighter.loads[1].name) == (test.size > 0.0),
+        _ => false,
+    };
+    assert!(found.iter().any(|test| heavier(test) && test.spoils_intervals), "{found:?}");
+    let found = all_named(&elsewhere);
+    let displaced = |test: &ResidualTest| matches!(test.kind, ResidualTestKind::LoadPlacement { .. });
+    assert!(found.iter().any(|test| displaced(test) && test.spoils_intervals), "{found:?}");
 }
 
 /// A walk that comes back is no trend; where neighbours are alike, nothing else is named for it.

@@ -238,6 +238,14 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
              calibrate those before and after by themselves."
                 .into(),
         ),
+        ResidualTestKind::LoadMass { load } => (
+            format!("The residuals of all joints show a load {load} that is {} than stated, by {} {unit}.", if test.size > 0.0 { "heavier" } else { "lighter" }, significant(test.size.abs(), 2)),
+            "Weigh it again, or say how well it is weighed (mass_kg = { nominal = …, std = … }); or what is stated of another load is wrong.".into(),
+        ),
+        ResidualTestKind::LoadPlacement { load } => (
+            format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
+            "Leave position_m away, which need not be known for torque gains; or say how well it is known (position_std_m).".into(),
+        ),
         ResidualTestKind::PositionOffset { file } => (
             format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
             "Either it was homed anew between the tables, or the load is not where position_m says, the joint gives way under it, or lengths of the robot are others. Record all \

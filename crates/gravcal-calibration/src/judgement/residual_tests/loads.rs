@@ -1,0 +1,74 @@
+//! What is stated of loads without a standard deviation: a mass, a place.
+
+use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::session::Session;
+
+use crate::joint::{Solved, State, build_problem};
+
+/// Step of a mass, as a share of it, and of a place, m.
+const HEAVIER: f64 = 0.01;
+const ASIDE: f64 = 1e-4;
+
+/// Columns: what a unit of it does to the whitened residuals. Empty of what is an unknown.
+#[derive(Clone, Debug, Default)]
+pub struct StatedLoad {
+    /// Of its mass, kg⁻¹.
+    pub mass: Vec<Vec<f64>>,
+    /// Of its place along the axes of the link, m⁻¹.
+    pub placement: Vec<Vec<f64>>,
+}
+
+/// By load; `rows`: of the problem that is judged, whose first ones are the readings.
+///
+/// # Errors
+/// Where a residual cannot be evaluated beside the solution.
+pub fn stated_loads(session: &Session, solved: &Solved, rows: usize) -> Result<Vec<StatedLoad>, EvaluateError> {
+    let here = solved.built.problem.residuals(&solved.estimate.values)?;
+    let slope = |there: Vec<f64>, step: f64| {
+        let slopes = there.into_iter().zip(&here).map(|(there, here)| (there - here) / step);
+        let mut column: Vec<f64> = slopes.take(solved.built.rows.len()).collect();
+        column.resize(rows, 0.0);
+        column
+    };
+    let of = |load: usize| {
+        let mut stated = StatedLoad::default();
+        if let Some((there, step)) = heavier(session, solved, load)? {
+            stated.mass = vec![slope(there, step)];
+        }
+        if let Some(there) = aside(session, solved, load)? {
+            stated.placement = there.map(|there| slope(there, ASIDE)).into();
+        }
+        Ok(stated)
+    };
+    (0..session.loads.len()).map(of).collect()
+}
+
+/// Whitened residuals with a load that is heavier, and by how much, kg; nothing where its mass is an unknown or nobody carries it.
+fn heavier(session: &Session, solved: &Solved, load: usize) -> Result<Option<(Vec<f64>, f64)>, EvaluateError> {
+    let is_stated = !session.loads[load].is_unknown() && session.load_mass(load).is_none();
+    if !is_stated || solved.built.variables.loads[load].is_none() {
+        return Ok(None);
+    }
+    let (mut heavier, step) = (session.clone(), HEAVIER * session.loads[load].mass);
+    heavier.loads[load].mass += step;
+    let state = solved.state(&State::nominal(session));
+    let Ok(built) = build_problem(&heavier, solved.readings(), &state) else { return Ok(None) };
+    Ok(Some((built.problem.residuals(&solved.estimate.values)?, step)))
+}
+
+/// The same with a load that hangs a step aside along each axis; nothing where its place is an unknown.
+fn aside(session: &Session, solved: &Solved, load: usize) -> Result<Option<[Vec<f64>; 3]>, EvaluateError> {
+    let is_stated = session.loads[load].position.is_some() && session.loads[load].position_std.is_none();
+    // With a position of its own a load is tied to no other: its placement is one block.
+    let (true, Some([placement])) = (is_stated, solved.built.variables.loads[load].as_deref()) else {
+        return Ok(None);
+    };
+    let along = |axis: usize| {
+        let mut values = solved.estimate.values.clone();
+        let mut position = values.get(*placement).to_vec();
+        position[axis] += ASIDE;
+        values.set(*placement, &position);
+        solved.built.problem.residuals(&values)
+    };
+    Ok(Some([along(0)?, along(1)?, along(2)?]))
+}
