@@ -50,7 +50,7 @@ impl Fit {
     pub fn followed(self, readings: usize, rounds: usize, environment: &SolveEnvironment<'_>) -> Fit {
         let Fit { mut problem, mut estimate } = self;
         let Some(reference) = problem.reference().cloned() else { return Fit { problem, estimate } };
-        let (mut round, mut firmness) = (0, 1.0);
+        let (mut round, mut firmness, worthwhile) = (0, 1.0, environment.enough().max(WORTHWHILE));
         loop {
             let around = reference.times_as_firm(firmness).centered_at(&estimate.values);
             problem = problem.with_reference(around.clone());
@@ -74,7 +74,7 @@ impl Fit {
             estimate = behind(estimate, next);
             round += 1;
             let goes_on = match round < rounds {
-                true => !after || gained >= WORTHWHILE * noise,
+                true => !after || gained >= worthwhile * noise,
                 false => after && gained >= SUPPORTED * noise && round < rounds + FURTHER_ROUNDS,
             };
             if !goes_on {

@@ -19,8 +19,11 @@ use crate::nearby::IMPLAUSIBLE;
 /// − ln of the likelihood by which one of two must exceed the other to be ruled out: it is then less likely by e¹⁰.
 pub const DECISIVE: f64 = 10.0;
 
-/// Unknowns of one end are the same to this share, of 1 or of their size.
-const SAME: f64 = 1e-5;
+/// By how much less likely an end may seem before it is followed to the last digit than it is.
+pub const UNSETTLED: f64 = 1.0;
+
+/// Unknowns that are the same to this share, of 1 or of their size, start one way.
+const SAME: f64 = 1e-3;
 
 /// Where a start led.
 #[derive(Clone, Debug)]
@@ -74,8 +77,9 @@ impl<S: Send + Sync, Start: Clone + Send + Sync> Likeliest<S, Start> {
         apart.into_iter().map(|place| &place.start).collect()
     }
 
-    /// Or a likelier one from one of these starts. `follow` leads from a start to its end. What still creeps after some iterations is followed
-    /// on only where that may matter, and not beyond a limit of the method's own. Once someone asks to stop, no further start is followed.
+    /// Or a likelier one from one of these starts. `follow` leads from a start to its end. Ends are only compared at first; what may take the best
+    /// one's place is followed to the last digit. What still creeps after some iterations is followed on only where that may matter, and not
+    /// beyond a limit of the method's own. Once someone asks to stop, no further start is followed.
     pub fn or_from<E: Send>(
         &mut self,
         starts: Vec<Start>,
@@ -83,13 +87,15 @@ impl<S: Send + Sync, Start: Clone + Send + Sync> Likeliest<S, Start> {
         environment: &SolveEnvironment<'_>,
     ) {
         let to_its_end = |start: Start| {
-            let there = follow(start, &environment.within(FIRST_ITERATIONS))?;
-            let implausible = there.place.minus_log_likelihood - self.best.place.minus_log_likelihood > IMPLAUSIBLE;
+            let there = follow(start, &environment.roughly().within(FIRST_ITERATIONS))?;
+            let gain = self.best.place.minus_log_likelihood - there.place.minus_log_likelihood;
+            let needed = if self.best.termination.converged() { DECISIVE } else { 0.0 };
             let by_own_limit =
                 matches!(there.termination, Termination::IterationLimit { limit } if limit < FIRST_ITERATIONS);
-            match there.termination.converged() || implausible || by_own_limit {
-                true => Ok(there),
-                false => follow(there.place.start, environment),
+            match there.termination.converged() {
+                true if gain > needed - UNSETTLED => follow(there.place.start, environment),
+                false if gain > -IMPLAUSIBLE && !by_own_limit => follow(there.place.start, environment),
+                _ => Ok(there),
             }
         };
         let followed = |start: Start| (!environment.stopped()).then(|| to_its_end(start));

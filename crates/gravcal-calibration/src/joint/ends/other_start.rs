@@ -10,7 +10,7 @@
 //! A start that has something as declared is kept in the same way with that held: what is let go may follow the noise again.
 
 use gravcal_estimation::BlockId;
-use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
+use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, UNSETTLED, as_of_one_direction};
 use gravcal_robot_model::session::Session;
 
 use crate::joint::ends::symmetries::in_hemisphere;
@@ -40,12 +40,22 @@ impl Solved {
         OtherStart { start, declared }: OtherStart,
         environment: &SolveEnvironment<'_>,
     ) -> Result<Solved, EstimateError> {
-        let end = solve_from(session, self.readings(), start.clone(), environment);
-        let Ok(other) = end.and_then(|other| in_hemisphere(session, other, environment)) else { return Ok(self) };
+        let own = self.minus_log_likelihood(session)?;
+        let end_from = |start: State, environment: &SolveEnvironment<'_>| {
+            let end = solve_from(session, self.readings(), start, environment)?;
+            in_hemisphere(session, end, environment)
+        };
+        let is_likelier = |other: &Solved| Ok::<_, EstimateError>(other.minus_log_likelihood(session)? < own + UNSETTLED);
+        let rough = end_from(start.clone(), &environment.roughly());
+        let end = rough.and_then(|rough| match is_likelier(&rough)? {
+            true => end_from(rough.state(&State::nominal(session)), environment),
+            false => Ok(rough),
+        });
+        let Ok(other) = end else { return Ok(self) };
         if !other.estimate.termination.converged() || other.hemisphere_contradicted {
             return Ok(self);
         }
-        let [own, of_other] = [self.minus_log_likelihood(session)?, other.minus_log_likelihood(session)?];
+        let of_other = other.minus_log_likelihood(session)?;
         let held = other.with_declared_held(session, &start, &declared, environment)?;
         let nominal = State::nominal(session);
         let (here, there) = (self.state(&nominal), other.state(&nominal));
@@ -77,7 +87,7 @@ impl Solved {
         };
         let blocks: Vec<BlockId> = declared.iter().map(block).collect();
         let held = problem.with_fixed(&blocks, "as declared");
-        let Ok(there) = environment.within(ITERATIONS).solve(&held, &initial) else { return Ok(None) };
+        let Ok(there) = environment.roughly().within(ITERATIONS).solve(&held, &initial) else { return Ok(None) };
         let growth = problem.without_reference().cost(&there.values)? - self.estimate.cost;
         let growth = as_of_one_direction(growth.max(0.0), blocks.len(), self.freedom_of_found_noise(session));
         Ok(Some((variables.state(&there.values, start), growth)))

@@ -154,7 +154,7 @@ pub(in crate::joint) fn decisively_likelier(
     }
     let noise = first_noise(session, &solved.readings().spreads);
     let readings = MeasurementSet { noise, ..readings }.with_rough_unexplained(session);
-    let other = solve_from(made, &readings, start, environment)?;
+    let other = solve_from(made, &readings, start, &environment.roughly())?;
     let gain = solved.minus_log_likelihood(session)? - other.minus_log_likelihood(made)?;
     Ok(gain > DECISIVE + (tried as f64).ln())
 }

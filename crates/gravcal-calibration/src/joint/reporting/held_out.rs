@@ -44,6 +44,8 @@ pub(crate) fn fit_with_held_out(
         return Ok(reported);
     }
     environment.report("predicting held-out poses");
+    // What a prediction is off by is told to three digits.
+    let environment = &environment.roughly();
     match session.validation.is_empty() {
         false => {
             let found = solved.state(&State::nominal(session));
