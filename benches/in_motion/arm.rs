@@ -125,11 +125,10 @@ impl Arm {
     }
 
     fn window(&self, first: usize, table: usize, readings: &[[f64; JOINTS]]) -> Pose {
-        let samples: Vec<MotionSample> = (0..WINDOW)
-            .map(|place| MotionSample { weight: weight(place), ..self.samples[first + place].clone() })
-            .collect();
+        let samples: Vec<(f64, MotionSample)> =
+            (0..WINDOW).map(|place| (weight(place), self.samples[first + place].clone())).collect();
         let mean = |of: &dyn Fn(&MotionSample) -> &[f64], change: fn(f64) -> f64| -> Vec<f64> {
-            (0..JOINTS).map(|j| samples.iter().map(|sample| sample.weight * change(of(sample)[j])).sum()).collect()
+            (0..JOINTS).map(|j| samples.iter().map(|(weight, sample)| weight * change(of(sample)[j])).sum()).collect()
         };
         Pose {
             table,
@@ -149,7 +148,7 @@ impl Arm {
                 presliding: Vec::new(),
                 further: Vec::new(),
             },
-            course: Some(Arc::new(Course { samples, kept: Default::default() })),
+            course: Some(Arc::new(Course::of(&samples))),
         }
     }
 
@@ -228,7 +227,7 @@ fn truth(chain: &Chain) -> [f64; UNKNOWN] {
 
 /// Sums of sines, other ones in each joint and run.
 fn moment(time: f64, run: u64) -> MotionSample {
-    let mut moment = MotionSample { weight: 1.0, position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
+    let mut moment = MotionSample { position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
     for joint in 0..JOINTS {
         let mut random = Pcg64::seed_from_u64(100 * run + joint as u64);
         let mut state = [0.0; 3];

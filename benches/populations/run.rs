@@ -96,10 +96,7 @@ impl Population {
         }
         let result = answer.result.as_ref().ok();
         let above_lowest = match (result, self.starts) {
-            (Some(result), 1..) => {
-                let fit = result.fit.as_ref();
-                alone.install(|| above_lowest(&truth, &session, fit, self.starts, number))?
-            }
+            (Some(_), 1..) => alone.install(|| above_lowest(&truth, &session, self.starts, number))?,
             _ => None,
         };
         let verdict = result.map(|result| result.verdict);

@@ -6,12 +6,15 @@
 //!     − ln L = Σ_j N_j ln r_j              where the noise is taken from the residuals
 //!     − ln L = Σ_j N_j r_j² / (2 σ_j²)     where it is stated
 //! ```
+//!
+//! An answer rests at what is declared along what the readings leave open, and its joints share their noise where nothing tells them apart: it lies above
+//! the minimum of − ln L by that. So the answer is a start, too, followed as all others are.
 
 use std::path::Path;
 
-use gravcal_calibration::joint::{MeasurementSet, Signals, State, build_problem, select};
-use gravcal_calibration::result::Fit;
+use gravcal_calibration::joint::{MeasurementSet, Signals, State, build_problem, select, solve};
 use gravcal_estimation::{SolveContext, Solver, Values};
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::Session;
 use gravcal_robot_model::session::ReadingId;
 use gravcal_session::read_session;
@@ -29,21 +32,21 @@ const ITERATIONS: usize = 60;
 /// Ends as likely as this are the same.
 pub const SAME: f64 = 1.0;
 
-/// By how much − ln L of an answer exceeds the lowest that random starts lead to; below zero where none is as low. Nothing where there is
-/// no fit to compare.
+/// By how much − ln L where an answer leads exceeds the lowest that random starts lead to; below zero where none is as low. Nothing where
+/// there is no answer.
 ///
 /// # Errors
 /// Where the session cannot be read or built.
 pub fn above_lowest(
     truth: &Truth,
     session: &Path,
-    fit: Option<&Fit>,
     starts: u64,
     seed: u64,
 ) -> Result<Option<f64>, String> {
-    let Some(fit) = fit else { return Ok(None) };
     let session = read_session(session).map_err(|error| error.to_string())?;
-    let reached = minus_log_likelihood(truth, fit.joints.iter().map(|joint| (joint.readings as f64, joint.rms)));
+    let (solver, readings) = (LevenbergMarquardt::default(), select(&session, Signals::All));
+    let Ok(answer) = solve(&session, &readings, None, &SolveEnvironment::new(&solver, &|_| {})) else { return Ok(None) };
+    let Some(reached) = from(truth, &session, answer.state(&State::nominal(&session))) else { return Ok(None) };
     let mut lowest = f64::INFINITY;
     for start in 0..starts {
         let mut random = Pcg64::new(u128::from(seed), u128::from(start));

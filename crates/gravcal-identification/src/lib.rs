@@ -52,7 +52,7 @@ pub use determined::{Combination, Judgement, Parameter, judge, limits_of_use};
 pub use environment::SolveEnvironment;
 pub use fit::{FIRST_ITERATIONS, Fit, ROUNDS, fit};
 pub use known::Known;
-pub use likeliest::{DECISIVE, UNSETTLED, End, Likeliest, Place};
+pub use likeliest::{DECISIVE, End, Likeliest, Place, UNSETTLED};
 pub use median::{NORMAL_MEDIAN, median};
 pub use misfit::Explained;
 pub use nearby::{

@@ -116,7 +116,8 @@ pub use sweep::{
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use windows::{
-    Clock, Course, FILTER_LENGTH, Kept, MotionSample, MotionWindow, MotionWindows, WindowRule, motion_windows,
+    Clock, Course, FILTER_LENGTH, Kept, MotionSample, MotionWindow, MotionWindows, WeighedStretch, WindowRule,
+    motion_windows,
 };
 pub use write::{NewFile, WriteError, write_atomically};
 pub use write_files::NewFiles;

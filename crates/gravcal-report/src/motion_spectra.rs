@@ -73,7 +73,7 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
-    use gravcal_recording::{Course, Kept};
+    use gravcal_recording::Course;
     use gravcal_robot_model::session::Searched;
     use gravcal_session::simulation::Simulation;
 
@@ -87,7 +87,7 @@ mod tests {
         for (number, pose) in session.poses.iter_mut().enumerate() {
             let pause = if number < 40 { 0.0 } else { 2.0 };
             pose.conditions.time = Some(0.1 * number as f64 + pause);
-            pose.course = Some(Arc::new(Course { samples: Vec::new(), kept: Kept::default() }));
+            pose.course = Some(Arc::new(Course::of(&[])));
             pose.table = 0;
         }
         let windows = Some(Box::new(MotionWindows { length: 0.64, ..MotionWindows::default() }));

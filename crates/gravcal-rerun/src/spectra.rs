@@ -43,7 +43,7 @@ pub fn log(stream: &RecordingStream, calibration: &CalibrationRecording<'_>) -> 
 mod tests {
     use std::sync::Arc;
 
-    use gravcal_recording::{Course, Kept, MotionWindows};
+    use gravcal_recording::{Course, MotionWindows};
     use gravcal_robot_model::session::Searched;
 
     use crate::testing::Calibrated;
@@ -53,7 +53,7 @@ mod tests {
         let mut calibrated = Calibrated::sarcos_shoulder().clone();
         for (number, pose) in calibrated.session.poses.iter_mut().enumerate() {
             pose.conditions.time = Some(0.1 * number as f64);
-            pose.course = Some(Arc::new(Course { samples: Vec::new(), kept: Kept::default() }));
+            pose.course = Some(Arc::new(Course::of(&[])));
             pose.table = 0;
         }
         let windows = Some(Box::new(MotionWindows { length: 0.64, ..MotionWindows::default() }));

@@ -62,7 +62,7 @@ struct Arm {
     gravity: [f64; 3],
     line: Line,
     /// Table and moments of each window.
-    windows: Vec<(usize, Vec<MotionSample>)>,
+    windows: Vec<(usize, Vec<(f64, MotionSample)>)>,
 }
 
 const QUANTITIES: [&str; 4] = ["torque_gain", "torque_bias", "position_gain", "position_offset"];
@@ -103,7 +103,7 @@ impl Arm {
             let table = usize::from(line.loads == Loads::AtTimes && window % 2 == 1);
             let middle = 0.37 * window as f64;
             let moments = [(0.25, -0.05), (0.5, 0.0), (0.25, 0.05)];
-            (table, moments.map(|(weight, shift)| moment(chain.joint_count(), middle + shift, weight)).to_vec())
+            (table, moments.map(|(weight, shift)| (weight, moment(chain.joint_count(), middle + shift))).to_vec())
         });
         Arm { windows: windows.collect(), chain, names, x, gravity, line }
     }
@@ -159,7 +159,7 @@ impl Arm {
                 (0..6).for_each(|entry| last[4 + entry] += load[3 + entry]);
             }
             let mut read = vec![0.0; n];
-            for moment in moments {
+            for (weight, moment) in moments {
                 let state = |list: &[f64], offset: bool| -> Vec<f64> {
                     (0..n).map(|j| of(2, j) * list[j] + if offset { of(3, j) } else { 0.0 }).collect()
                 };
@@ -173,7 +173,7 @@ impl Arm {
                     let torque = dynamics.torque[joint] + rotors[joint] * accelerations[joint];
                     let speed = moment.velocity[joint];
                     let friction = of(4, joint) * speed.signum() + of(5, joint) * speed;
-                    *read += moment.weight * (of(0, joint) * torque + of(1, joint) + friction);
+                    *read += weight * (of(0, joint) * torque + of(1, joint) + friction);
                 }
             }
             readings.extend(read);
@@ -267,7 +267,7 @@ impl Arm {
             .enumerate()
             .map(|(window, (table, moments))| {
                 let mean = |of: &dyn Fn(&MotionSample, usize) -> f64| -> Vec<f64> {
-                    (0..n).map(|j| moments.iter().map(|moment| moment.weight * of(moment, j)).sum()).collect()
+                    (0..n).map(|j| moments.iter().map(|(weight, moment)| weight * of(moment, j)).sum()).collect()
                 };
                 let reading = |joint: usize| {
                     let noise: f64 = NOISE * random.sample::<f64, _>(StandardNormal);
@@ -291,7 +291,7 @@ impl Arm {
                         presliding: Vec::new(),
                         further: Vec::new(),
                     },
-                    course: Some(Arc::new(Course { samples: moments.clone(), kept: Default::default() })),
+                    course: Some(Arc::new(Course::of(moments))),
                 }
             })
             .collect();
@@ -318,8 +318,8 @@ fn sorted(mut names: Vec<String>) -> Vec<String> {
 }
 
 /// Sums of sines, other ones in each joint.
-fn moment(joints: usize, time: f64, weight: f64) -> MotionSample {
-    let mut moment = MotionSample { weight, position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
+fn moment(joints: usize, time: f64) -> MotionSample {
+    let mut moment = MotionSample { position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
     for joint in 0..joints {
         let mut random = Pcg64::seed_from_u64(90 + joint as u64);
         let mut state = [0.0, 0.0, 0.0];

@@ -5,16 +5,14 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::clock::Recorded;
+use super::grid::Grid;
 use super::spline::Run;
 use super::weight::Weighing;
-use super::{Course, FEWEST, Kept, MotionSample, MotionWindow, OVERLAP, WindowRule};
+use super::{FEWEST, MotionWindow, OVERLAP, WindowRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
 use crate::presliding::{DahlFriction, Presliding};
 use crate::static_pose::{Reading, StaticPose};
-
-/// In how many steps a window is divided, at whose ends the model is asked how the arm moves.
-const STEPS: usize = 16;
 
 /// Appends the windows of a run.
 pub(super) fn windows(
@@ -36,10 +34,12 @@ pub(super) fn windows(
         .map(|(states, scale)| scale.map(|s| Followed::new(states, s)))
         .collect();
     let count = ((end - begin - reach) * OVERLAP / rule.length).floor();
+    let at = |start: f64| Window { recorded, run, channels, rule, signs: &signs, start };
+    let first = begin + before;
+    let mut grid = Grid::new(recorded, run, channels.joints, at(first).of_model().start, rule.length);
     for number in 0..=count.max(0.0) as usize {
-        let start = begin + before + number as f64 * rule.length / OVERLAP;
-        let window = Window { recorded, run, channels, rule, signs: &signs, start };
-        found.extend(window.reported(&mut presliding));
+        let window = at(first + number as f64 * rule.length / OVERLAP);
+        found.extend(window.reported(&mut presliding, &mut grid));
     }
 }
 
@@ -108,7 +108,7 @@ impl Weighed {
 }
 
 impl Window<'_> {
-    fn reported(&self, presliding: &mut [Option<Followed>]) -> Option<MotionWindow> {
+    fn reported(&self, presliding: &mut [Option<Followed>], grid: &mut Grid<'_>) -> Option<MotionWindow> {
         let (joints, length) = (self.channels.joints, self.rule.length);
         let model = self.weighed(&self.of_model(), |_| true)?;
         let state =
@@ -158,7 +158,7 @@ impl Window<'_> {
                 },
                 merged: model.rows.len() as u32,
             },
-            course: Arc::new(self.course()),
+            course: Arc::new(grid.course(&self.of_model())),
             interval: self.interval(),
             resting: (0..joints).map(|joint| model.mean(|row| rests(joint, row))).collect(),
         })
@@ -208,29 +208,5 @@ impl Window<'_> {
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);
         (sum > 0.0).then_some(Weighed { rows, weights })
-    }
-
-    /// The moments at which the model is asked. Both ends weigh nothing.
-    fn course(&self) -> Course {
-        let weighing = self.of_model();
-        let reach = weighing.end() - weighing.start;
-        let steps = (STEPS as f64 * reach / weighing.length).ceil() as usize;
-        let times = &self.recorded.times;
-        let mut row = self.rows(&weighing).start;
-        let sample = |step: usize| {
-            let time = weighing.start + reach * step as f64 / steps as f64;
-            while row + 2 < self.run.rows.end && times[row + 1] < time {
-                row += 1;
-            }
-            let states: Vec<[f64; 3]> =
-                (0..self.channels.joints).map(|joint| self.run.between(times, joint, row, time)).collect();
-            let part = |part: usize| states.iter().map(|state| state[part]).collect();
-            let weight = weighing.at(time);
-            MotionSample { weight, position: part(0), velocity: part(1), acceleration: part(2) }
-        };
-        let mut samples: Vec<MotionSample> = (1..steps).map(sample).collect();
-        let sum: f64 = samples.iter().map(|sample| sample.weight).sum();
-        samples.iter_mut().for_each(|sample| sample.weight /= sum);
-        Course { samples, kept: Kept::default() }
     }
 }

@@ -27,6 +27,8 @@
 //! The recording is read once. Positions and torques are kept until the smoothing is done, 8 bytes a number.
 
 mod clock;
+mod course;
+mod grid;
 mod hann;
 mod kept;
 mod spline;
@@ -47,6 +49,7 @@ use crate::static_pose::StaticPose;
 use clock::Recorded;
 
 pub use clock::Clock;
+pub use course::{Course, MotionSample, WeighedStretch};
 pub use kept::Kept;
 pub use weight::FILTER_LENGTH;
 
@@ -138,28 +141,6 @@ pub struct MotionWindow {
     pub interval: [f64; 2],
     /// Of each joint, by how much of the window's weight it did not move.
     pub resting: Vec<f64>,
-}
-
-/// How an arm moved in a window.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Course {
-    /// In order; their weights sum to 1.
-    pub samples: Vec<MotionSample>,
-    /// What was made of it.
-    pub kept: Kept,
-}
-
-/// A moment of an arm in motion, by the joints' position readings.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MotionSample {
-    /// Share of the window.
-    pub weight: f64,
-    /// rad, m, or the sensor's own unit.
-    pub position: Vec<f64>,
-    /// The same per second.
-    pub velocity: Vec<f64>,
-    /// The same per second squared.
-    pub acceleration: Vec<f64>,
 }
 
 /// Windows that begin in the length of one.

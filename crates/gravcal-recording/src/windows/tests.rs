@@ -72,13 +72,25 @@ fn a_window_of_an_arm_that_stands_is_its_static_pose() {
     for window in &found.found {
         assert!((window.pose.torque[0].unwrap().value - 12.5).abs() < 1e-12);
         assert!((window.pose.position[0] - 0.7).abs() < 1e-12);
-        let weights: f64 = window.course.samples.iter().map(|sample| sample.weight).sum();
+        let weights: f64 = window.course.moments().map(|(weight, _)| weight).sum();
         assert!((weights - 1.0).abs() < 1e-12);
-        for sample in &window.course.samples {
+        for (_, sample) in window.course.moments() {
             assert_eq!((sample.velocity[0], sample.acceleration[0]), (0.0, 0.0));
             assert!((sample.position[0] - 0.7).abs() < 1e-15);
         }
         assert!((window.resting[0] - 1.0).abs() < 1e-12);
+    }
+}
+
+/// The model is asked at the same moments, and how it moves there is kept once.
+#[test]
+fn windows_that_overlap_share_their_moments() {
+    let found = windows_of(times(400).map(|t| [t, motion(t)[0], 0.0])).unwrap().found;
+    for pair in found.windows(2) {
+        let [before, after] = [0, 1].map(|place| &pair[place].course.stretches);
+        let shared = |stretch: &&WeighedStretch| before.iter().any(|own| Arc::ptr_eq(&own.moments, &stretch.moments));
+        let count = after.iter().filter(shared).count();
+        assert!(count + 1 >= after.len().min(before.len()), "{count} of {}", after.len());
     }
 }
 
@@ -98,9 +110,10 @@ fn error_of_the_means(noise: f64) -> f64 {
 /// Root mean square of what both sides differ by.
 fn difference(found: &MotionWindows) -> f64 {
     let squares = found.found.iter().map(|window| {
-        let of =
-            |sample: &MotionSample| sample.weight * (sample.position[0] + sample.velocity[0] + sample.acceleration[0]);
-        let model: f64 = window.course.samples.iter().map(of).sum();
+        let of = |(weight, sample): (f64, &MotionSample)| {
+            weight * (sample.position[0] + sample.velocity[0] + sample.acceleration[0])
+        };
+        let model: f64 = window.course.moments().map(of).sum();
         (model - window.pose.torque[0].unwrap().value).powi(2)
     });
     (squares.sum::<f64>() / found.found.len() as f64).sqrt()
@@ -145,7 +158,7 @@ fn repeated_rows_are_left_out() {
     // Nothing shows that the second row repeats the first: the arm may stand.
     assert_eq!(found.repeated, 1999);
     let window = &found.found[50];
-    let middle = &window.course.samples[7];
+    let (_, middle) = window.course.moments().max_by(|(a, _), (b, _)| a.total_cmp(b)).unwrap();
     let [q, v, _] = motion(0.5 * (window.interval[0] + window.interval[1]));
     assert!((middle.position[0] - q).abs() < 1e-4 && (middle.velocity[0] - v).abs() < 1e-3, "{middle:?} {q} {v}");
 }
@@ -219,7 +232,7 @@ fn torques_that_a_recorder_filtered_meet_a_model_that_is_filtered_alike() {
     let of = |cut_off: Option<f64>| windows_by(&WindowRule { recorded_filter: cut_off, ..rule() }, rows()).unwrap();
     let (without, with) = (difference(&of(None)), difference(&of(Some(FILTER_LENGTH / 0.8))));
     assert!(without > 0.5 && with < 1e-3, "{without} {with}");
-    let weights: f64 = of(Some(0.9)).found[3].course.samples.iter().map(|sample| sample.weight).sum();
+    let weights: f64 = of(Some(0.9)).found[3].course.moments().map(|(weight, _)| weight).sum();
     assert!((weights - 1.0).abs() < 1e-12);
 }
 
@@ -234,7 +247,9 @@ fn angles_that_wrap_go_on() {
     assert_eq!(found.found.len(), plain.found.len());
     for (a, b) in found.found.iter().zip(&plain.found) {
         assert!((a.pose.position[0] - b.pose.position[0]).abs() < 1e-9);
-        assert!((a.course.samples[5].acceleration[0] - b.course.samples[5].acceleration[0]).abs() < 1e-4);
+        for ((_, a), (_, b)) in a.course.moments().zip(b.course.moments()) {
+            assert!((a.acceleration[0] - b.acceleration[0]).abs() < 1e-4);
+        }
     }
     // A joint that slides has no turn.
     let slides = WindowRule { turn: vec![None], ..rule() };

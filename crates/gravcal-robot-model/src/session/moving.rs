@@ -201,7 +201,7 @@ mod tests {
                 torque: vec![None; 2],
                 instruments: Vec::new(),
                 conditions: Conditions { time: Some(time), ..Conditions::default() },
-                course: Some(Arc::new(Course { samples: Vec::new(), kept: Default::default() })),
+                course: Some(Arc::new(Course::of(&[]))),
             }
         };
         (0..count).map(window).collect()

@@ -51,8 +51,8 @@ impl Pose {
         let Some(course) = &mut self.course else { return };
         let course = Arc::make_mut(course);
         course.kept = Kept::default();
-        for sample in &mut course.samples {
-            for list in [&mut sample.position, &mut sample.velocity, &mut sample.acceleration] {
+        for moment in course.stretches.iter_mut().flat_map(|stretch| Arc::make_mut(&mut stretch.moments)) {
+            for list in [&mut moment.position, &mut moment.velocity, &mut moment.acceleration] {
                 list.swap(a, b);
             }
         }

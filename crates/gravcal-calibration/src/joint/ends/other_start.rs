@@ -45,7 +45,8 @@ impl Solved {
             let end = solve_from(session, self.readings(), start, environment)?;
             in_hemisphere(session, end, environment)
         };
-        let is_likelier = |other: &Solved| Ok::<_, EstimateError>(other.minus_log_likelihood(session)? < own + UNSETTLED);
+        let is_likelier =
+            |other: &Solved| Ok::<_, EstimateError>(other.minus_log_likelihood(session)? < own + UNSETTLED);
         let rough = end_from(start.clone(), &environment.roughly());
         let end = rough.and_then(|rough| match is_likelier(&rough)? {
             true => end_from(rough.state(&State::nominal(session)), environment),

@@ -37,7 +37,9 @@ pub fn next(found: &[Tested]) -> usize {
 
 /// The share of each in the probability of naming anything: those of all joints count as much as all others together.
 pub fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
-    let of_all_joints = |tested: &Tested| matches!(tested.candidate, Candidate::Together(_) | Candidate::OfArm(_) | Candidate::DriftOfAll);
+    let of_all_joints = |tested: &Tested| {
+        matches!(tested.candidate, Candidate::Together(_) | Candidate::OfArm(_) | Candidate::DriftOfAll)
+    };
     let together = found.iter().filter(|tested| of_all_joints(tested)).count();
     let share = (found.len() - together).max(1) as f64 / together.max(1) as f64;
     move |tested| if of_all_joints(tested) { share } else { 1.0 }

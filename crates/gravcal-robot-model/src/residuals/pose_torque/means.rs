@@ -5,9 +5,10 @@
 //! ```
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use gravcal_dynamics::{Arithmetic, Chain, DynamicParameters, InverseDynamics, LANES, Single, Vectorized};
-use gravcal_recording::Course;
+use gravcal_recording::{Course, MotionSample};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::instructions::batch_instructions;
@@ -92,59 +93,128 @@ impl Workspace {
     }
 }
 
-/// As many moments as a batch has.
+/// As many moments as a batch has, and what their torques are: windows that overlap ask for the same ones.
 pub(super) struct Lanes<L> {
+    known: Vec<Known<L>>,
+    /// Gains, offsets, gravity, parameters, and whether derivatives are asked for, of what is known.
+    unknowns: Vec<f64>,
+    /// How often anything was asked for.
+    asked: u64,
+    sums: Means<L>,
+}
+
+/// Torques of some moments.
+struct Known<L> {
+    /// A stretch, and which part of it.
+    of: Option<(Arc<[MotionSample]>, usize)>,
+    /// When they were asked for last.
+    asked: u64,
     moving: Moving<L>,
     dynamics: InverseDynamics<L>,
-    sums: Means<L>,
 }
 
 impl<L: Moments> Lanes<L> {
     fn new(chain: &Chain) -> Self {
-        Lanes {
-            moving: Moving::new(chain.joint_count()),
-            dynamics: InverseDynamics::new(chain),
-            sums: Means::new(chain),
-        }
+        Lanes { known: Vec::new(), unknowns: Vec::new(), asked: 0, sums: Means::new(chain) }
     }
 
     #[inline(always)]
     fn add<A: Arithmetic<Stored = L>>(&mut self, on: A, at: &At<'_>, total: &mut Means) {
         self.sums.clear();
-        for moments in at.course.samples.chunks(L::COUNT) {
-            self.moving.set(moments, at.gains.iter().zip(at.offsets).map(|(gain, offset)| [*gain, *offset]));
-            let (motion, weight) = (self.moving.of_joints(), on.load(weights(moments)));
-            if at.derivatives {
-                at.chain.linearize_inverse_dynamics(on, motion, at.gravity, at.inertia, &mut self.dynamics);
-                self.add_derivatives(on, at, weight);
-            } else {
-                at.chain.inverse_dynamics(on, motion, at.gravity, at.inertia, &mut self.dynamics);
+        self.forget_others(at);
+        for stretch in &at.course.stretches {
+            for (part, shares) in stretch.weights.chunks(L::COUNT).enumerate() {
+                let place = self.place(&stretch.moments, part);
+                if self.known[place].of.is_none() {
+                    self.known[place].compute(on, at, &stretch.moments, part);
+                }
+                let (known, weight) = (&self.known[place], on.load(weights(shares)));
+                if at.derivatives {
+                    add_derivatives(on, at, known, weight, &mut self.sums);
+                }
+                add_lanes(on, &mut self.sums.torque, weight, &known.dynamics.torque);
             }
-            add_lanes(on, &mut self.sums.torque, weight, &self.dynamics.torque);
         }
         self.sums.add_to(total);
     }
 
-    #[inline(always)]
-    fn add_derivatives<A: Arithmetic<Stored = L>>(&mut self, on: A, at: &At<'_>, weight: A::Number) {
-        let Lanes { moving, dynamics, sums } = self;
-        add_lanes(on, &mut sums.by_gravity, weight, &dynamics.by_gravity);
-        add_lanes(on, &mut sums.by_offsets, weight, &dynamics.by_coordinate);
-        let width = BODY * at.chain.link_count();
-        for (joint, felt) in at.felt.iter().enumerate() {
-            let of_felt = width * joint + BODY * felt.start..width * joint + BODY * felt.end;
-            add_lanes(on, &mut sums.by_parameters[of_felt.clone()], weight, &dynamics.by_parameters[of_felt]);
+    /// What is known counts nothing where anything else is another; a window's moments all have a place.
+    fn forget_others(&mut self, at: &At<'_>) {
+        let DynamicParameters { links, rotor_inertia } = at.inertia;
+        let lists = [at.gains, at.offsets, &at.gravity, links, rotor_inertia].into_iter().flatten();
+        let unknowns = || lists.clone().copied().chain([f64::from(at.derivatives)]);
+        if !self.unknowns.iter().copied().eq(unknowns()) {
+            self.unknowns.clear();
+            self.unknowns.extend(unknowns());
+            self.known.iter_mut().for_each(|known| known.of = None);
         }
-        let [position, velocity, acceleration] = moving.readings();
-        let n = position.len();
-        for (row, by_gains) in sums.by_position_gains.chunks_exact_mut(n).enumerate() {
-            for (joint, by_gain) in by_gains.iter_mut().enumerate() {
-                let entry = n * row + joint;
-                let by_position = on.load(position[joint]) * on.load(dynamics.by_coordinate[entry]);
-                let by_velocity = on.load(velocity[joint]) * on.load(dynamics.by_velocity[entry]);
-                let by_acceleration = on.load(acceleration[joint]) * on.load(dynamics.by_acceleration[entry]);
-                *by_gain = on.store(on.load(*by_gain) + weight * (by_position + by_velocity + by_acceleration));
-            }
+        let parts = at.course.stretches.iter().map(|stretch| stretch.moments.len().div_ceil(L::COUNT)).sum();
+        while self.known.len() < parts {
+            self.known.push(Known::new(at.chain));
+        }
+    }
+
+    /// Where a part of a stretch is known, or can be: in place of what was asked for longest ago.
+    fn place(&mut self, moments: &Arc<[MotionSample]>, part: usize) -> usize {
+        let is_here = |known: &Known<L>| {
+            known.of.as_ref().is_some_and(|(stretch, known)| *known == part && Arc::ptr_eq(stretch, moments))
+        };
+        let place = self.known.iter().position(is_here).unwrap_or_else(|| {
+            let oldest = (0..self.known.len()).min_by_key(|place| self.known[*place].asked).unwrap_or(0);
+            self.known[oldest].of = None;
+            oldest
+        });
+        self.asked += 1;
+        self.known[place].asked = self.asked;
+        place
+    }
+}
+
+impl<L: Moments> Known<L> {
+    fn new(chain: &Chain) -> Self {
+        Known { of: None, asked: 0, moving: Moving::new(chain.joint_count()), dynamics: InverseDynamics::new(chain) }
+    }
+
+    #[inline(always)]
+    fn compute<A: Arithmetic<Stored = L>>(&mut self, on: A, at: &At<'_>, moments: &Arc<[MotionSample]>, part: usize) {
+        let own = &moments[L::COUNT * part..moments.len().min(L::COUNT * (part + 1))];
+        self.moving.set(own, at.gains.iter().zip(at.offsets).map(|(gain, offset)| [*gain, *offset]));
+        let motion = self.moving.of_joints();
+        match at.derivatives {
+            true => at.chain.linearize_inverse_dynamics(on, motion, at.gravity, at.inertia, &mut self.dynamics),
+            false => at.chain.inverse_dynamics(on, motion, at.gravity, at.inertia, &mut self.dynamics),
+        }
+        self.of = Some((Arc::clone(moments), part));
+    }
+}
+
+#[inline(always)]
+fn add_derivatives<A: Arithmetic>(
+    on: A,
+    at: &At<'_>,
+    known: &Known<A::Stored>,
+    weight: A::Number,
+    sums: &mut Means<A::Stored>,
+) where
+    A::Stored: Moments,
+{
+    let Known { moving, dynamics, .. } = known;
+    add_lanes(on, &mut sums.by_gravity, weight, &dynamics.by_gravity);
+    add_lanes(on, &mut sums.by_offsets, weight, &dynamics.by_coordinate);
+    let width = BODY * at.chain.link_count();
+    for (joint, felt) in at.felt.iter().enumerate() {
+        let of_felt = width * joint + BODY * felt.start..width * joint + BODY * felt.end;
+        add_lanes(on, &mut sums.by_parameters[of_felt.clone()], weight, &dynamics.by_parameters[of_felt]);
+    }
+    let [position, velocity, acceleration] = moving.readings();
+    let n = position.len();
+    for (row, by_gains) in sums.by_position_gains.chunks_exact_mut(n).enumerate() {
+        for (joint, by_gain) in by_gains.iter_mut().enumerate() {
+            let entry = n * row + joint;
+            let by_position = on.load(position[joint]) * on.load(dynamics.by_coordinate[entry]);
+            let by_velocity = on.load(velocity[joint]) * on.load(dynamics.by_velocity[entry]);
+            let by_acceleration = on.load(acceleration[joint]) * on.load(dynamics.by_acceleration[entry]);
+            *by_gain = on.store(on.load(*by_gain) + weight * (by_position + by_velocity + by_acceleration));
         }
     }
 }
@@ -169,7 +239,7 @@ impl WithSimd for Summed<'_> {
 
 #[cfg(test)]
 mod tests {
-    use gravcal_recording::MotionSample;
+    use gravcal_recording::WeighedStretch;
 
     use super::*;
     use crate::residuals::pose_torque::tests::{model_of, some_chain};
@@ -180,12 +250,11 @@ mod tests {
     fn course() -> Course {
         let at = |t: usize, joint: usize, phase: f64| (0.7 * t as f64 + joint as f64 + phase).sin();
         let sample = |t: usize| MotionSample {
-            weight: 0.1 + 0.01 * t as f64,
             position: (0..3).map(|joint| at(t, joint, 0.0)).collect(),
             velocity: (0..3).map(|joint| 2.0 * at(t, joint, 1.0)).collect(),
             acceleration: (0..3).map(|joint| 5.0 * at(t, joint, 2.0)).collect(),
         };
-        Course { samples: (0..9).map(sample).collect(), kept: Default::default() }
+        Course::of(&(0..9).map(|t| (0.1 + 0.01 * t as f64, sample(t))).collect::<Vec<_>>())
     }
 
     #[test]
@@ -215,6 +284,39 @@ mod tests {
                     assert!((a - *b).abs() <= 1e-12 * b.abs().max(1.0), "{a} {b}");
                 }
             }
+        }
+    }
+
+    /// Two windows that share a stretch, one after the other, to and fro, and with gravity changed in between.
+    #[test]
+    fn what_is_known_of_a_stretch_is_what_it_would_be_anew() {
+        let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3, 1]].concat();
+        let (model, whole) = (model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)), course());
+        let chain = &model.chain;
+        let links: Vec<f64> = (0..BODY * chain.link_count()).map(|k| (1.3 * k as f64).cos()).collect();
+        let part = |stretches: &[WeighedStretch]| Course { stretches: stretches.to_vec(), kept: Default::default() };
+        let windows = [part(&whole.stretches[..2]), part(&whole.stretches[1..])];
+        let mut workspace = Workspace::new(chain);
+        for (place, gravity, derivatives) in
+            [(0, -9.8, true), (1, -9.8, true), (0, -9.8, false), (1, -1.6, true), (0, -1.6, true), (1, -1.6, false)]
+        {
+            let at = At {
+                chain,
+                course: &windows[place],
+                gains: &[1.1, 0.9, 1.2],
+                offsets: &[0.1, -0.2, 0.3],
+                gravity: [1.0, -2.0, gravity],
+                inertia: DynamicParameters { links: &links, rotor_inertia: &[0.0; 3] },
+                felt: &model.links,
+                derivatives,
+            };
+            let [mut known, mut anew] = [(); 2].map(|()| Means::new(chain));
+            workspace.add(&at, &mut known);
+            Workspace::new(chain).add(&at, &mut anew);
+            assert!(
+                known.lists().into_iter().zip(anew.lists()).all(|(a, b)| a == b),
+                "{place} {gravity} {derivatives}"
+            );
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Moments of a window, as many at once as vector registers have lanes: see [`gravcal_dynamics::Arithmetic`].
 
 use gravcal_dynamics::{Arithmetic, JointMotion, LANES, Stored};
-use gravcal_recording::MotionSample;
+use gravcal_recording::{Course, MotionSample};
 
 /// A number of each of several moments.
 pub(super) trait Moments: Stored {
@@ -100,10 +100,15 @@ fn of_each<L: Moments>(moments: &[MotionSample], number: impl Fn(&MotionSample) 
     L::of(|lane| number(moments.get(lane).unwrap_or(&moments[0])))
 }
 
-/// What each moment weighs; nothing in lanes that have none.
+/// The moments of a window, as many at once as there are lanes, with their shares.
+pub(super) fn at_once<L: Moments>(course: &Course) -> impl Iterator<Item = (&[MotionSample], &[f64])> {
+    course.stretches.iter().flat_map(|stretch| stretch.moments.chunks(L::COUNT).zip(stretch.weights.chunks(L::COUNT)))
+}
+
+/// The share of each moment; nothing in lanes that have none.
 #[inline(always)]
-pub(super) fn weights<L: Moments>(moments: &[MotionSample]) -> L {
-    L::of(|lane| moments.get(lane).map_or(0.0, |moment| moment.weight))
+pub(super) fn weights<L: Moments>(shares: &[f64]) -> L {
+    L::of(|lane| shares.get(lane).copied().unwrap_or(0.0))
 }
 
 /// `sum += weight · terms`, entry by entry.

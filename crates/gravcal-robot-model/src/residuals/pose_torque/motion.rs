@@ -161,7 +161,7 @@ impl MotionTorque {
     ) -> Self {
         let mean = |of: fn(&MotionSample) -> &[f64]| {
             let mut mean = vec![0.0; model.pose.chain.joint_count()];
-            course.samples.iter().for_each(|sample| add(&mut mean, sample.weight, of(sample)));
+            course.moments().for_each(|(weight, moment)| add(&mut mean, weight, of(moment)));
             mean
         };
         let (position, acceleration) = (mean(|sample| &sample.position), mean(|sample| &sample.acceleration));

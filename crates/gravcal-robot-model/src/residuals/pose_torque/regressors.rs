@@ -15,7 +15,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::means::Means;
 use super::model::{BODY, GRAVITY, INERTIA, add};
-use super::moments::{Moments, Moving, add_lanes, weights};
+use super::moments::{Moments, Moving, add_lanes, at_once, weights};
 
 /// Mean regressors of a window.
 #[derive(Clone, Debug)]
@@ -64,9 +64,9 @@ where
     let mut without_gravity = zeros(n * BODY * links);
     let mut by_gravity = [(); GRAVITY].map(|()| zeros(n * INERTIA * links));
     let mut moving = Moving::new(n);
-    for moments in course.samples.chunks(A::Stored::COUNT) {
+    for (moments, shares) in at_once::<A::Stored>(course) {
         moving.set(moments, positions.iter().copied());
-        let weight = on.load(weights(moments));
+        let weight = on.load(weights(shares));
         chain.affine_regressor(on, moving.of_joints(), &mut dynamics);
         add_lanes(on, &mut without_gravity, weight, &dynamics.by_parameters);
         let by_axes = dynamics.regressor_by_gravity.chunks_exact((n * INERTIA * links).max(1));

@@ -14,13 +14,12 @@ const POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
 
 /// A window of three samples; standing, where the arm does not move.
 fn course(moving: f64) -> Arc<Course> {
-    let sample = |(weight, shift): (f64, f64)| MotionSample {
-        weight,
+    let sample = |shift: f64| MotionSample {
         position: POSITIONS.iter().map(|q| q + moving * shift).collect(),
         velocity: [1.3, -0.4, 0.9].map(|v| moving * (v + shift)).to_vec(),
         acceleration: [-2.0, 1.1, 0.6].map(|a| moving * (a - shift)).to_vec(),
     };
-    Arc::new(Course { samples: [(0.25, -0.1), (0.5, 0.0), (0.25, 0.1)].map(sample).to_vec(), kept: Default::default() })
+    Arc::new(Course::of(&[(0.25, -0.1), (0.5, 0.0), (0.25, 0.1)].map(|(weight, shift)| (weight, sample(shift)))))
 }
 
 /// A chain of three joints with a load on the second link; lengths of its blocks and their ids.
