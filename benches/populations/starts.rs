@@ -37,15 +37,12 @@ pub const SAME: f64 = 1.0;
 ///
 /// # Errors
 /// Where the session cannot be read or built.
-pub fn above_lowest(
-    truth: &Truth,
-    session: &Path,
-    starts: u64,
-    seed: u64,
-) -> Result<Option<f64>, String> {
+pub fn above_lowest(truth: &Truth, session: &Path, starts: u64, seed: u64) -> Result<Option<f64>, String> {
     let session = read_session(session).map_err(|error| error.to_string())?;
     let (solver, readings) = (LevenbergMarquardt::default(), select(&session, Signals::All));
-    let Ok(answer) = solve(&session, &readings, None, &SolveEnvironment::new(&solver, &|_| {})) else { return Ok(None) };
+    let Ok(answer) = solve(&session, &readings, None, &SolveEnvironment::new(&solver, &|_| {})) else {
+        return Ok(None);
+    };
     let Some(reached) = from(truth, &session, answer.state(&State::nominal(&session))) else { return Ok(None) };
     let mut lowest = f64::INFINITY;
     for start in 0..starts {

@@ -14,7 +14,8 @@ const STILL: usize = 10;
 const NOTHING: f64 = 1e-5;
 /// Damping, relative to the column norms, of the step whose promise is looked at.
 const WEIGHING_DAMPING: f64 = 1e-8;
-/// An iteration that lowers the cost by less, for residuals of unit size, does not matter where ends are compared.
+/// An iteration that lowers the cost by less does not matter where ends are compared. Where residuals are far larger than noise, it is small: from
+/// there the way to an end that explains them may be long.
 const ROUGH: f64 = 1e-2;
 /// Iterations after which a solve that creeps far above the noise is given up; the share of the cost that the second half of them must
 /// take off; and the rms of whitened residuals that no noise explains.
@@ -65,8 +66,7 @@ impl<'a> SolveEnvironment<'a> {
         SolveEnvironment { iterations: Some(iterations), ..*self }
     }
 
-    /// The same for solves whose cost need not be known better than this, for residuals of unit size or less: an iteration that lowers it by
-    /// less is the last.
+    /// The same for solves whose cost need not be known better than this: an iteration that lowers it by less is the last.
     pub fn to_within(&self, enough: f64) -> SolveEnvironment<'a> {
         SolveEnvironment { enough, ..*self }
     }
@@ -140,9 +140,7 @@ impl<'a> SolveEnvironment<'a> {
             let lowered = costs.len().checked_sub(2).map_or(f64::INFINITY, |before| costs[before] - record.cost);
             end.set(match (share_since(STILL), share_since(PATIENCE / 2)) {
                 _ if stopped => None,
-                _ if lowered < self.enough * (2.0 * record.cost / problem.rows().max(1) as f64).max(1.0) => {
-                    Some(Termination::Cost { relative: lowered / record.cost })
-                }
+                _ if lowered < self.enough => Some(Termination::Cost { relative: lowered / record.cost }),
                 (Some(relative), _) if relative < still * (costs.len() as f64 / PATIENCE as f64).powi(3) => {
                     Some(Termination::Cost { relative })
                 }

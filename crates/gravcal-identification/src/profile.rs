@@ -227,7 +227,7 @@ impl Profile<'_> {
             Some(reference) => fixed.with_reference((*reference).clone()),
             None => fixed,
         };
-        let there = environment.within(iterations).to_within(KNOWN * GROWTH).solve(&fixed, &start).ok()?;
+        let there = environment.within(iterations).to_within(KNOWN * GROWTH * self.noise).solve(&fixed, &start).ok()?;
         Some((there.cost, there.values))
     }
 

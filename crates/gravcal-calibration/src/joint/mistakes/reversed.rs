@@ -237,7 +237,7 @@ pub(in crate::joint) fn solve_with(
 ) -> Result<(f64, State), EstimateError> {
     let start = best_start(session, &Sample::new(session, readings)?, None, environment)?;
     let built = build_with_constraints(session, readings, &start)?.with_loss(solved.built.loss)?;
-    let estimate = environment.roughly().solve(&built.problem, &built.initial)?;
+    let estimate = environment.solve(&built.problem, &built.initial)?;
     Ok((estimate.cost, built.variables.state(&estimate.values, &start)))
 }
 

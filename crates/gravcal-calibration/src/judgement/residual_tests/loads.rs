@@ -43,10 +43,12 @@ pub fn stated_loads(session: &Session, solved: &Solved, rows: usize) -> Result<V
     (0..session.loads.len()).map(of).collect()
 }
 
-/// Whitened residuals with a load that is heavier, and by how much, kg; nothing where its mass is an unknown or nobody carries it.
+/// Whitened residuals with a load that is heavier, and by how much, kg; nothing where its mass is an unknown or nobody carries it, and where moments
+/// are described by sweep, which tell loads of one mass alone.
 fn heavier(session: &Session, solved: &Solved, load: usize) -> Result<Option<(Vec<f64>, f64)>, EvaluateError> {
     let is_stated = !session.loads[load].is_unknown() && session.load_mass(load).is_none();
-    if !is_stated || solved.built.variables.loads[load].is_none() {
+    let variables = &solved.built.variables;
+    if !is_stated || variables.loads[load].is_none() || variables.inertia.is_empty() {
         return Ok(None);
     }
     let (mut heavier, step) = (session.clone(), HEAVIER * session.loads[load].mass);
