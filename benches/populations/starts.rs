@@ -7,8 +7,8 @@
 //!     − ln L = Σ_j N_j r_j² / (2 σ_j²)     where it is stated
 //! ```
 //!
-//! An answer rests at what is declared along what the readings leave open, and its joints share their noise where nothing tells them apart: it lies above
-//! the minimum of − ln L by that. So the answer is a start, too, followed as all others are.
+//! The joint estimator's solution rests at what is declared along what the readings leave open, and its joints share their noise where nothing tells
+//! them apart: it lies above the minimum of − ln L by that. So it is a start, too, followed as all others are.
 
 use std::path::Path;
 
@@ -32,18 +32,18 @@ const ITERATIONS: usize = 60;
 /// Ends as likely as this are the same.
 pub const SAME: f64 = 1.0;
 
-/// By how much − ln L where an answer leads exceeds the lowest that random starts lead to; below zero where none is as low. Nothing where
-/// there is no answer.
+/// By how much − ln L where the joint estimator's solution leads exceeds the lowest that random starts lead to; below zero where none is as low. Nothing where
+/// there is no solution.
 ///
 /// # Errors
 /// Where the session cannot be read or built.
 pub fn above_lowest(truth: &Truth, session: &Path, starts: u64, seed: u64) -> Result<Option<f64>, String> {
     let session = read_session(session).map_err(|error| error.to_string())?;
     let (solver, readings) = (LevenbergMarquardt::default(), select(&session, Signals::All));
-    let Ok(answer) = solve(&session, &readings, None, &SolveEnvironment::new(&solver, &|_| {})) else {
+    let Ok(solution) = solve(&session, &readings, None, &SolveEnvironment::new(&solver, &|_| {})) else {
         return Ok(None);
     };
-    let Some(reached) = from(truth, &session, answer.state(&State::nominal(&session))) else { return Ok(None) };
+    let Some(reached) = from(truth, &session, solution.state(&State::nominal(&session))) else { return Ok(None) };
     let mut lowest = f64::INFINITY;
     for start in 0..starts {
         let mut random = Pcg64::new(u128::from(seed), u128::from(start));

@@ -140,7 +140,9 @@ impl<'a> SolveEnvironment<'a> {
             let lowered = costs.len().checked_sub(2).map_or(f64::INFINITY, |before| costs[before] - record.cost);
             end.set(match (share_since(STILL), share_since(PATIENCE / 2)) {
                 _ if stopped => None,
-                _ if lowered < self.enough => Some(Termination::Cost { relative: lowered / record.cost }),
+                _ if (0.0..self.enough).contains(&lowered) => {
+                    Some(Termination::Cost { relative: lowered / record.cost })
+                }
                 (Some(relative), _) if relative < still * (costs.len() as f64 / PATIENCE as f64).powi(3) => {
                     Some(Termination::Cost { relative })
                 }

@@ -19,11 +19,11 @@ use crate::nearby::IMPLAUSIBLE;
 /// − ln of the likelihood by which one of two must exceed the other to be ruled out: it is then less likely by e¹⁰.
 pub const DECISIVE: f64 = 10.0;
 
-/// By how much less likely an end may seem before it is followed to the last digit than it is.
+/// By how much likelier, in − ln L, an end that was followed roughly may be at its last digit.
 pub const UNSETTLED: f64 = 1.0;
 
-/// Unknowns that are the same to this share, of 1 or of their size, start one way.
-const SAME: f64 = 1e-3;
+/// Unknowns of one end are the same to this share, of 1 or of their size.
+const SAME: f64 = 1e-5;
 
 /// Where a start led.
 #[derive(Clone, Debug)]

@@ -40,7 +40,9 @@ impl<'a> Grid<'a> {
         while self.first < *stretches.start() && self.kept.pop_front().is_some() {
             self.first += 1;
         }
-        self.first = self.first.max(if self.kept.is_empty() { *stretches.start() } else { 0 });
+        if self.kept.is_empty() {
+            self.first = *stretches.start();
+        }
         for number in self.first + self.kept.len()..=*stretches.end() {
             let stretch = (STRETCH * number..STRETCH * (number + 1)).map(|moment| self.moment(moment)).collect();
             self.kept.push_back(stretch);

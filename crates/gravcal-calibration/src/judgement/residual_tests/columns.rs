@@ -64,6 +64,7 @@ pub struct Columns<'a> {
     slopes: Vec<Vec<f64>>,
     /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it; empty where no tables are compared.
     turned_gravity: [Vec<f64>; 2],
+    /// What is stated of each load.
     loads: Vec<StatedLoad>,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,

@@ -5,8 +5,8 @@ use gravcal_recording::file_name;
 
 use super::candidate::{Candidate, Tested};
 use super::columns::Term;
-use super::score::Score;
-use super::search::{Search, length};
+use super::score::{Score, dot};
+use super::search::Search;
 use crate::result::{ResidualTest, ResidualTestKind};
 
 impl Search<'_> {
@@ -14,7 +14,7 @@ impl Search<'_> {
     pub fn report(&self, channel: usize, term: &Term, scored: Score) -> Tested {
         let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain } = scored;
         let unit = self.session.channel_unit(channel);
-        let amplitude = length(&coefficients);
+        let amplitude = dot(&coefficients, &coefficients).sqrt();
         let first = coefficients.first().copied().unwrap_or(0.0);
         let each = if self.columns.in_time() { "s" } else { "pose" };
         let (kind, size, unit) = match term {

@@ -13,7 +13,7 @@ use super::drift::{drift_of_all, drift_of_joint, drifting, with_error};
 use super::in_fit::of_estimate;
 use super::neighbours::Neighbours;
 use super::rows::{MANY, Rows};
-use super::score::{Left, MATTERS, lacking, left_of, score};
+use super::score::{Left, MATTERS, dot, lacking, left_of, score};
 use crate::joint::{OfReadings, Solved};
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -92,7 +92,7 @@ impl Search<'_> {
             Candidate::Term(channel, term) => vec![self.columns.missing(*channel, term, coefficients)],
             Candidate::OfArm(term @ Term::LoadPlacement(_)) => {
                 // About its joint's axis an offset takes up what is wrong, and nothing is seen of it: it may be as wrong there.
-                let way = length(coefficients);
+                let way = dot(coefficients, coefficients).sqrt();
                 let axes = self.columns.of(0, term).into_iter();
                 axes.map(|axis| axis.into_iter().map(|entry| way * entry).collect()).collect()
             }
@@ -247,10 +247,6 @@ impl Search<'_> {
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }
     }
-}
-
-pub fn length(coefficients: &[f64]) -> f64 {
-    coefficients.iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
 fn sum(columns: &[Vec<f64>]) -> Vec<f64> {

@@ -279,8 +279,8 @@ fn a_base_or_an_encoder_that_moved_between_tables_is_named() {
     names(&homed_anew, |kind| matches!(kind, ResidualTestKind::PositionOffset { .. }));
 }
 
-/// Of two loads whose places are stated one is a tenth heavier than it is said to be; and one hangs a centimetre elsewhere. About its joint's axis the
-/// offset takes up what is wrong: how far it may is in the offset's interval.
+/// Of two loads whose places are stated, one is heavier than it is said to be; or both hang a centimetre aside along two axes. About its joint's axis
+/// the offset takes up what is wrong: how far it may is in the offset's interval.
 #[test]
 fn a_load_that_is_not_as_stated_is_named_and_intervals_hold_all_the_same() {
     let simulation = sarcos_shoulder();

@@ -238,13 +238,10 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
              calibrate those before and after by themselves."
                 .into(),
         ),
-        ResidualTestKind::LoadMass { load } => (
-            format!("The residuals of all joints show a load {load} that is {} than stated, by {} {unit}.", if test.size > 0.0 { "heavier" } else { "lighter" }, significant(test.size.abs(), 2)),
-            "Weigh it again, or say how well it is weighed (mass_kg = { nominal = …, std = … }); or what is stated of another load is wrong.".into(),
-        ),
+        ResidualTestKind::LoadMass { load } => of_load_mass(load, test),
         ResidualTestKind::LoadPlacement { load } => (
             format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
-            "Leave position_m away, which need not be known for torque gains; or say how well it is known (position_std_m).".into(),
+            "Leave position_m away: torque gains do not need it. Or say how well it is known (position_std_m).".into(),
         ),
         ResidualTestKind::PositionOffset { file } => (
             format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
@@ -265,6 +262,17 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
     format!(
         "{what} ({p}, {} times the noise of a reading, all tests counted.) {consequence} {cure}",
         significant(*in_noise, 2)
+    )
+}
+
+/// A load whose mass is not as stated, and what to do about it.
+fn of_load_mass(load: &str, test: &ResidualTest) -> (String, String) {
+    let heavier = if test.size > 0.0 { "heavier" } else { "lighter" };
+    let by = significant(test.size.abs(), 2);
+    (
+        format!("The residuals of all joints show load {load} to be {heavier} than stated, by {by} {}.", test.unit),
+        "Weigh it again, or say how well it is weighed (mass_kg = { nominal = …, std = … }). What is stated of another load may be wrong instead."
+            .into(),
     )
 }
 

@@ -242,6 +242,7 @@ mod tests {
     use gravcal_recording::WeighedStretch;
 
     use super::*;
+    use crate::residuals::pose_torque::model::PoseTorqueModel;
     use crate::residuals::pose_torque::tests::{model_of, some_chain};
     use crate::residuals::testing::ids;
     use crate::sensors::SensorTerms;
@@ -257,6 +258,19 @@ mod tests {
         Course::of(&(0..9).map(|t| (0.1 + 0.01 * t as f64, sample(t))).collect::<Vec<_>>())
     }
 
+    fn asked<'a>(model: &'a PoseTorqueModel, course: &'a Course, links: &'a [f64]) -> At<'a> {
+        At {
+            chain: &model.chain,
+            course,
+            gains: &[1.1, 0.9, 1.2],
+            offsets: &[0.1, -0.2, 0.3],
+            gravity: [1.0, -2.0, -9.0],
+            inertia: DynamicParameters { links, rotor_inertia: &[0.0; 3] },
+            felt: &model.links,
+            derivatives: true,
+        }
+    }
+
     #[test]
     fn moments_in_lanes_sum_to_what_they_do_one_by_one() {
         let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3, 1]].concat();
@@ -264,16 +278,7 @@ mod tests {
         let chain = &model.chain;
         let links: Vec<f64> = (0..BODY * chain.link_count()).map(|k| (1.3 * k as f64).cos()).collect();
         for derivatives in [false, true] {
-            let at = At {
-                chain,
-                course: &course,
-                gains: &[1.1, 0.9, 1.2],
-                offsets: &[0.1, -0.2, 0.3],
-                gravity: [1.0, -2.0, -9.0],
-                inertia: DynamicParameters { links: &links, rotor_inertia: &[0.0; 3] },
-                felt: &model.links,
-                derivatives,
-            };
+            let at = At { derivatives, ..asked(&model, &course, &links) };
             let [mut batch, mut single] = [(); 2].map(|()| Means::new(chain));
             Workspace::new(chain).add(&at, &mut batch);
             Lanes::new(chain).add(Single, &at, &mut single);
@@ -300,16 +305,8 @@ mod tests {
         for (place, gravity, derivatives) in
             [(0, -9.8, true), (1, -9.8, true), (0, -9.8, false), (1, -1.6, true), (0, -1.6, true), (1, -1.6, false)]
         {
-            let at = At {
-                chain,
-                course: &windows[place],
-                gains: &[1.1, 0.9, 1.2],
-                offsets: &[0.1, -0.2, 0.3],
-                gravity: [1.0, -2.0, gravity],
-                inertia: DynamicParameters { links: &links, rotor_inertia: &[0.0; 3] },
-                felt: &model.links,
-                derivatives,
-            };
+            let at = asked(&model, &windows[place], &links);
+            let at = At { gravity: [1.0, -2.0, gravity], derivatives, ..at };
             let [mut known, mut anew] = [(); 2].map(|()| Means::new(chain));
             workspace.add(&at, &mut known);
             Workspace::new(chain).add(&at, &mut anew);
