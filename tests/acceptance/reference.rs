@@ -18,6 +18,7 @@ const UPDATE: &str = "GRAVCAL_UPDATE_REFERENCE";
 
 const CALIBRATION: &str = "crates/gravcal-calibration/src";
 const MODEL: &str = "crates/gravcal-robot-model/src";
+const RECORDING: &str = "crates/gravcal-recording/src";
 const SESSION: &str = "crates/gravcal-session/src";
 
 /// Compares a page with what it should be, or writes it.
@@ -143,7 +144,7 @@ impl Reference {
             "calibration.json",
             "The result of `gravcal calibrate`. Values are in SI, angles in rad; torque readings in the unit of their sensor. What is \
              undetermined has the value `null`, never a number. The same input gives the same bytes.",
-            &["crates/gravcal-report/src", CALIBRATION, MODEL, "crates/gravcal-estimation/src"],
+            &["crates/gravcal-report/src", CALIBRATION, MODEL, RECORDING, "crates/gravcal-estimation/src"],
             &[("crates/gravcal-report/src/calibration_file.rs", "Document")],
         )
     }

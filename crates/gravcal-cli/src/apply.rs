@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use gravcal_calibration::application::{Application, ApplicationError, Effort};
 use gravcal_recording::{
-    CsvWriting, EarlierEstimate, RewriteError, Rewriting, WriteError, open_as, read_earlier, read_earlier_session,
-    rewrite,
+    CsvWriting, Digest, EarlierEstimate, RewriteError, Rewriting, WriteError, open_as, read_earlier,
+    read_earlier_session, rewrite,
 };
-use gravcal_report::Input;
 use gravcal_robot_model::{EstimatorName, Registry, Session};
 use gravcal_session::read_session_with;
 
@@ -96,7 +95,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
     let session = read_session_with(&path, registry).map_err(|error| bad(&error))?;
     let own = [&arguments.calibration, &arguments.input];
-    targets::check(own.into_iter().chain(&session.inputs), std::slice::from_ref(&arguments.output))?;
+    targets::check(own.into_iter().chain(session.input_paths()), std::slice::from_ref(&arguments.output))?;
     let csv = arguments.columns.of(&arguments.input, &session.readings.csv)?;
     let recording = open_as(&arguments.input, &csv).map_err(|error| bad(&error))?;
     let said = recording.metadata();
@@ -136,7 +135,7 @@ pub fn session_path(calibration: &Path, named: Option<&Path>) -> Result<PathBuf,
         let message = format!("{}: its session {} is not beside it", calibration.display(), said.path);
         return Err(Failure::said(message).hint(hint));
     };
-    let now = Input::read(&found, folder).map_err(|error| Failure::bad_input(&error))?;
+    let now = Digest::of(&found).map_err(|error| Failure::bad_input(&error))?;
     match now.sha256 == said.sha256 {
         true => Ok(found),
         false => {
@@ -145,6 +144,13 @@ pub fn session_path(calibration: &Path, named: Option<&Path>) -> Result<PathBuf,
             Err(Failure::said(message).hint("calibrate again; --session SESSION takes it as it is"))
         }
     }
+}
+
+/// The calibration as what is made from it names it: file, estimator and hash.
+pub fn source(calibration: &Path, estimator: EstimatorName) -> Result<String, Failure> {
+    let digest = Digest::of(calibration).map_err(|error| Failure::bad_input(&error))?;
+    let name = calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    Ok(format!("{name} ({estimator}, sha256 {})", digest.sha256))
 }
 
 /// What is attached, where that matters.
@@ -190,13 +196,11 @@ fn notes(
     estimator: EstimatorName,
     attached: Option<&Attached>,
 ) -> Result<BTreeMap<String, String>, Failure> {
-    let input = Input::read(&arguments.calibration, Path::new("")).map_err(|error| Failure::bad_input(&error))?;
-    let name = arguments.calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let effort = match attached {
         None => "torque, N·m or N".to_owned(),
         Some(attached) => format!("torque without that which carries gravity, N·m or N; {}", attached.reported()),
     };
-    let by = format!("{name} ({estimator}, sha256 {})", input.sha256);
+    let by = source(&arguments.calibration, estimator)?;
     Ok(BTreeMap::from([(CALIBRATED.to_owned(), by), ("effort".to_owned(), effort)]))
 }
 

@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let said = (arguments.estimators.as_slice(), arguments.solver.as_deref());
     let choice = Choice::new(said, (&session, path), registry)?;
     let folder = output_folder(arguments);
-    targets::check(&session.inputs, &written_files(arguments, &folder))?;
+    targets::check(session.input_paths(), &written_files(arguments, &folder))?;
     folder.check().map_err(|error| refused(&error))?;
     arguments.rerun.check(arguments.overwrite)?;
     let provenance = provenance(&session, path, &choice)?;
@@ -178,7 +178,8 @@ fn output_folder(arguments: &Arguments) -> OutputFolder {
 /// One of them cannot be read.
 pub fn provenance(session: &Session, path: &Path, choice: &Choice) -> Result<Provenance, Failure> {
     let base = path.parent().unwrap_or(Path::new(""));
-    let inputs: Result<Vec<Input>, _> = session.inputs.iter().map(|input| Input::read(input, base)).collect();
+    let inputs: Result<Vec<Input>, _> =
+        session.inputs.iter().map(|input| Input::read(input.role, &input.path, base)).collect();
     let options = Options {
         estimators: choice.estimators.iter().map(ToString::to_string).collect(),
         solver: choice.solver.name.clone(),

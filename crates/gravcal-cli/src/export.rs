@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::application::check_units;
-use gravcal_recording::{Digest, EarlierEstimate, LARGEST_DOCUMENT, read_earlier, read_earlier_inputs, read_whole};
-use gravcal_report::Input;
+use gravcal_recording::{
+    Digest, EarlierEstimate, InputRole, LARGEST_DOCUMENT, read_earlier, read_earlier_inputs, read_whole,
+};
 use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription, RobotModel};
 use gravcal_robot_model::{EstimatorName, Registry, Session};
 use gravcal_session::read_session_with;
 
-use crate::apply::session_path;
+use crate::apply::{session_path, source};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::names::{estimator_of, estimator_parser};
@@ -80,7 +81,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
         (Some(session), ExportFormat::Urdf) => Some(read_urdf(session)?),
         _ => None,
     };
-    let read = session.iter().flat_map(|session| &session.inputs).chain([calibration]);
+    let read = session.iter().flat_map(|session| session.input_paths()).chain([calibration]);
     targets::check(read, arguments.output.as_slice())?;
     let robot = urdf.as_ref().zip(session.as_ref());
     let robot = robot.map(|(urdf, session)| RobotDescription { urdf, base: session.robot.chain.base() });
@@ -101,12 +102,6 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     Ok(Exit::Determined)
 }
 
-fn source(calibration: &Path, estimator: EstimatorName) -> Result<String, Failure> {
-    let input = Input::read(calibration, Path::new("")).map_err(|error| Failure::bad_input(&error))?;
-    let name = calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    Ok(format!("{name} ({estimator}, sha256 {})", input.sha256))
-}
-
 /// The session whose robot is described.
 fn read_own_session(
     arguments: &Arguments,
@@ -116,8 +111,7 @@ fn read_own_session(
     let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
     let session = read_session_with(&path, registry).map_err(|error| Failure::bad_input(&error))?;
     check_units(&session, estimate).map_err(|error| Failure::bad_input(&error).about(path.display()))?;
-    // A session reads itself, then its robot.
-    if let (None, Some(robot)) = (&arguments.session, session.inputs.get(1)) {
+    if let (None, Some(robot)) = (&arguments.session, session.robot_file()) {
         check_robot(&arguments.calibration, robot)?;
     }
     Ok(session)
@@ -125,7 +119,7 @@ fn read_own_session(
 
 /// The text of its URDF.
 fn read_urdf(session: &Session) -> Result<String, Failure> {
-    let robot = session.inputs.get(1).ok_or_else(|| refused(&ExportError::NoUrdf))?;
+    let robot = session.robot_file().ok_or_else(|| refused(&ExportError::NoUrdf))?;
     let failed = |error: &dyn std::error::Error| Failure::bad_input(error).about(robot.display());
     let text = read_whole(robot, LARGEST_DOCUMENT).map_err(|error| failed(&error))?;
     let text = String::from_utf8(text).map_err(|error| failed(&error))?;
@@ -139,8 +133,7 @@ fn read_urdf(session: &Session) -> Result<String, Failure> {
 fn check_robot(calibration: &Path, robot: &Path) -> Result<(), Failure> {
     let inputs = read_earlier_inputs(calibration).map_err(|error| Failure::bad_input(&error))?;
     let now = Digest::of(robot).map_err(|error| Failure::bad_input(&error))?;
-    // The session stands first, then the robot.
-    match inputs.get(1).is_some_and(|then| then.sha256 == now.sha256) {
+    match inputs.iter().any(|then| then.role == InputRole::Robot && then.sha256 == now.sha256) {
         true => Ok(()),
         false => {
             let message = format!("{}: the robot has changed since the calibration was made from it", robot.display());

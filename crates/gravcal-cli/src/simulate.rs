@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
         Simulation::read_with(&arguments.simulation, registry).map_err(|error| Failure::bad_input(&error))?;
     let beside = || folder_of(&arguments.simulation);
     let folder = arguments.output.clone().unwrap_or_else(beside);
-    targets::check(&simulation.template.inputs, &session_files(&simulation, &folder))?;
+    targets::check(simulation.template.input_paths(), &session_files(&simulation, &folder))?;
     let files = write_session(&simulation, arguments.trial, &folder, arguments.overwrite)
         .map_err(|error| Failure::bad_input(&error))?;
     let reported: String = files.iter().map(|file| format!("{}\n", file.display())).collect();

@@ -146,7 +146,7 @@ impl Session {
 
     #[getter]
     fn inputs(&self) -> Vec<PathBuf> {
-        self.session.inputs.clone()
+        self.session.input_paths().cloned().collect()
     }
 
     /// The load in each pose.

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use crate::file::{LARGEST_RESULTS, read_whole};
+use crate::input_role::InputRole;
 
 /// The version of the file that can be read.
 const FORMAT: &str = "gravcal-calibration/1";
@@ -170,12 +171,14 @@ pub enum EarlierError {
 }
 
 /// A file from which a calibration was made.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EarlierInput {
     /// Relative to the session's folder, or absolute.
     pub path: String,
     /// Hash of its contents, hexadecimal.
     pub sha256: String,
+    /// What it is for.
+    pub role: InputRole,
 }
 
 /// Probability below which residuals are no accident.
@@ -192,7 +195,29 @@ struct File {
 
 #[derive(Deserialize)]
 struct Provenance {
-    inputs: Vec<EarlierInput>,
+    inputs: Vec<Input>,
+}
+
+#[derive(Deserialize)]
+struct Input {
+    path: String,
+    sha256: String,
+    /// Not said by calibrations of before gravcal 0.3.
+    role: Option<InputRole>,
+}
+
+impl Input {
+    /// `place` among the inputs: where no roles are said, the session stands first, and names tell what else there is.
+    fn at(self, place: usize) -> EarlierInput {
+        let end = self.path.rsplit_once('.').map_or_else(String::new, |(_, end)| end.to_ascii_lowercase());
+        let guessed = match (place, end.as_str()) {
+            (0, _) => InputRole::Session,
+            (_, "toml" | "urdf" | "xml" | "xacro") => InputRole::Robot,
+            (_, "json") => InputRole::Calibration,
+            _ => InputRole::Recording,
+        };
+        EarlierInput { role: self.role.unwrap_or(guessed), path: self.path, sha256: self.sha256 }
+    }
 }
 
 #[derive(Deserialize)]
@@ -310,20 +335,21 @@ pub fn read_earlier(path: &Path, estimator: &str) -> Result<EarlierEstimate, Ear
     Ok(estimate)
 }
 
-/// The files that a `calibration.json` was made from, the session first; none where it does not say.
+/// The files that a `calibration.json` was made from; none where it does not say.
 ///
 /// # Errors
 /// There is no such file.
 pub fn read_earlier_inputs(path: &Path) -> Result<Vec<EarlierInput>, EarlierError> {
-    Ok(read_file(path)?.provenance.map_or_else(Vec::new, |provenance| provenance.inputs))
+    let inputs = read_file(path)?.provenance.map_or_else(Vec::new, |provenance| provenance.inputs);
+    Ok(inputs.into_iter().enumerate().map(|(place, input)| input.at(place)).collect())
 }
 
-/// The session that a `calibration.json` was made from; `None` where it does not say.
+/// The session file that a `calibration.json` was made from; `None` where it does not say, or was made from arrays.
 ///
 /// # Errors
 /// There is no such file.
 pub fn read_earlier_session(path: &Path) -> Result<Option<EarlierInput>, EarlierError> {
-    Ok(read_earlier_inputs(path)?.into_iter().next())
+    Ok(read_earlier_inputs(path)?.into_iter().find(|input| input.role == InputRole::Session))
 }
 
 /// The names of the estimators whose answers a `calibration.json` holds.
@@ -481,6 +507,20 @@ mod tests {
         assert_eq!(joint.gravity, Some([0.0, -6.0, -8.0]));
         assert_eq!((joint.gravity_ci95, joint.cone95_deg), (None, Some(0.1)));
         assert_eq!(joint.parameters.len(), 3);
+    }
+
+    #[test]
+    fn what_each_input_is_for_is_read_or_guessed() {
+        let roles = |written: &str| {
+            let inputs: Vec<Input> = serde_json::from_str(written).unwrap();
+            inputs.into_iter().enumerate().map(|(place, input)| input.at(place).role).collect::<Vec<InputRole>>()
+        };
+        let from_arrays = r#"[{"path": "models/arm/robot.toml", "sha256": "r", "role": "robot"}]"#;
+        assert_eq!(roles(from_arrays), [InputRole::Robot]);
+        let before = ["session.toml", "arm.URDF", "a.csv", "last/calibration.json"];
+        let before = before.map(|path| format!(r#"{{"path": "{path}", "sha256": "h"}}"#)).join(",");
+        let expected = [InputRole::Session, InputRole::Robot, InputRole::Recording, InputRole::Calibration];
+        assert_eq!(roles(&format!("[{before}]")), expected);
     }
 
     #[test]

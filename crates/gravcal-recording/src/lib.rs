@@ -57,6 +57,7 @@ mod digest;
 mod earlier;
 mod error;
 mod file;
+mod input_role;
 mod iso8601;
 mod mapping;
 mod mapping_error;
@@ -93,6 +94,7 @@ pub use earlier::{
 };
 pub use error::{Place, ReadError};
 pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, file_name, holds, read_whole};
+pub use input_role::InputRole;
 pub use mapping::{PoseMapping, PositionColumn, ReadingColumn};
 pub use mapping_error::MappingError;
 pub use memory::{Memory, Numbers, NumbersError};

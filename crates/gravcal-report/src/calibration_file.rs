@@ -53,12 +53,14 @@ impl CalibrationFile<'_> {
 mod tests {
     use gravcal_calibration::result::Iteration;
 
+    use gravcal_recording::InputRole;
+
     use super::*;
     use crate::provenance::{Input, Options};
     use crate::testing::{determined, fit, held, result, undetermined};
 
     fn provenance() -> Provenance {
-        let input = Input { path: "session.toml".into(), sha256: "ab".repeat(32), bytes: 12 };
+        let input = Input { path: "session.toml".into(), sha256: "ab".repeat(32), bytes: 12, role: InputRole::Session };
         let mut solver_options = toml::Table::new();
         solver_options.insert("cosine_tolerance".into(), 1e-8.into());
         let solver = "levenberg-marquardt".into();

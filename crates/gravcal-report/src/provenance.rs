@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use gravcal_recording::{Digest, DigestError};
+use gravcal_recording::{Digest, DigestError, InputRole};
 use serde::Serialize;
 use toml::Table;
 
@@ -40,6 +40,8 @@ pub struct Input {
     pub sha256: String,
     /// Size.
     pub bytes: u64,
+    /// What it is for: `session`, `robot`, `recording` or `calibration`.
+    pub role: InputRole,
 }
 
 impl Provenance {
@@ -55,13 +57,13 @@ impl Provenance {
 }
 
 impl Input {
-    /// Reads and hashes a file. `base` is the session's folder.
+    /// Reads and hashes a file that is there for `role`. `base` is the session's folder.
     ///
     /// # Errors
     /// Where the file cannot be read.
-    pub fn read(path: &Path, base: &Path) -> Result<Input, DigestError> {
+    pub fn read(role: InputRole, path: &Path, base: &Path) -> Result<Input, DigestError> {
         let Digest { sha256, bytes } = Digest::of(path)?;
-        Ok(Input { path: with_slashes(&relative(path, base)), sha256, bytes })
+        Ok(Input { path: with_slashes(&relative(path, base)), sha256, bytes, role })
     }
 }
 

@@ -201,7 +201,7 @@ fn of_the_experiments_a_trajectory_alone_is_doubted() {
         sessions.filter(|path| path.is_file()).filter_map(|path| read_session(&path).ok()).collect();
     assert!(read.len() >= 3, "only {} sessions could be read", read.len());
     for session in read {
-        let trajectory = session.inputs.iter().any(|input| input.ends_with("kuka_lbr_med7/measurements.csv"));
+        let trajectory = session.input_paths().any(|input| input.ends_with("kuka_lbr_med7/measurements.csv"));
         assert_eq!(session.doubts.len(), usize::from(trajectory), "{:?}", session.doubts);
     }
 }

@@ -1,10 +1,7 @@
 //! What stands between a comparison and what it seems to say: common recordings, other robots, other models.
 
 use gravcal_calibration::comparison::{Comparison, SensorComparison};
-use gravcal_recording::EarlierInput;
-
-/// What a calibration.json lists first: its session, then its robot.
-const ROBOT: usize = 1;
+use gravcal_recording::{EarlierInput, InputRole};
 
 /// Lines that warn.
 pub(super) fn warnings(comparison: &Comparison, shared: &[String], robots: &[String]) -> Vec<String> {
@@ -43,15 +40,11 @@ fn other_model(sensor: &SensorComparison) -> Option<String> {
 /// What makes calibrations depend on each other: a recording that several read, or one that is another's knowledge. `own`: each
 /// calibration's hash; `inputs`: what each was made from. Robots and sessions may well be the same.
 pub fn shared_inputs(own: &[String], inputs: &[Vec<EarlierInput>]) -> Vec<String> {
-    let description = |path: &str| {
-        let end = path.rsplit_once('.').map_or("", |(_, end)| end).to_ascii_lowercase();
-        ["toml", "urdf", "xml", "xacro", "json"].contains(&end.as_str())
-    };
     let mut shared = Vec::new();
     for (index, all) in inputs.iter().enumerate() {
         for input in all {
             let earlier = inputs[..index].iter().flatten().any(|other| other.sha256 == input.sha256);
-            if own.contains(&input.sha256) || (earlier && !description(&input.path)) {
+            if own.contains(&input.sha256) || (earlier && input.role == InputRole::Recording) {
                 shared.push(input.path.clone());
             }
         }
@@ -67,7 +60,7 @@ pub fn different_robots(inputs: &[Vec<EarlierInput>]) -> Vec<String> {
     let mut robots: Vec<(usize, &EarlierInput)> = Vec::new();
     for (index, inputs) in inputs.iter().enumerate() {
         let known = |robot: &EarlierInput| robots.iter().any(|(_, other)| other.sha256 == robot.sha256);
-        if let Some(robot) = inputs.get(ROBOT).filter(|robot| !known(robot)) {
+        if let Some(robot) = inputs.iter().find(|input| input.role == InputRole::Robot && !known(input)) {
             robots.push((index, robot));
         }
     }
@@ -82,7 +75,13 @@ mod tests {
     use super::*;
 
     fn input(path: &str, hash: &str) -> EarlierInput {
-        EarlierInput { path: path.into(), sha256: hash.into() }
+        let role = match path.rsplit_once('.') {
+            _ if path == "session.toml" => InputRole::Session,
+            Some((_, "urdf")) => InputRole::Robot,
+            Some((_, "json")) => InputRole::Calibration,
+            _ => InputRole::Recording,
+        };
+        EarlierInput { path: path.into(), sha256: hash.into(), role }
     }
 
     #[test]
@@ -103,5 +102,8 @@ mod tests {
         assert_eq!(different_robots(&[made_from("r"), made_from("r"), vec![]]), Vec::<String>::new());
         let found = different_robots(&[made_from("r"), made_from("r"), made_from("q")]);
         assert_eq!(found, ["arm.urdf (calibration 1)", "arm.urdf (calibration 3)"]);
+        // A sensor by itself has no robot, whatever was recorded of it.
+        let by_itself = |hash: &str| vec![input("session.toml", "s"), input("a.csv", hash)];
+        assert_eq!(different_robots(&[by_itself("1"), by_itself("2")]), Vec::<String>::new());
     }
 }

@@ -1,12 +1,13 @@
 //! What a session holds.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use gravcal_estimation::Loss;
-use gravcal_recording::PoseMapping;
+use gravcal_recording::{InputRole, PoseMapping};
 
 use super::choices::{Ask, Constraints, Deflection, UncertaintyChoice, UnexplainedError};
 use super::earlier::EarlierCalibration;
+use super::input_file::InputFile;
 use super::instrument::AuxiliarySensor;
 use super::known::{GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance};
 use super::pose::{Pose, PoseTable};
@@ -85,7 +86,7 @@ pub struct Session {
     /// The solver with its options, where the session chooses one.
     pub solver: Option<SolverChoice>,
     /// Every file that was read, for the record of where a result comes from.
-    pub inputs: Vec<PathBuf>,
+    pub inputs: Vec<InputFile>,
 }
 
 impl Session {
@@ -124,6 +125,16 @@ impl Session {
             solver: None,
             inputs: Vec::new(),
         }
+    }
+
+    /// The file that describes the robot, where one was read.
+    pub fn robot_file(&self) -> Option<&Path> {
+        self.inputs.iter().find(|input| input.role == InputRole::Robot).map(|input| input.path.as_path())
+    }
+
+    /// The paths of all files that were read.
+    pub fn input_paths(&self) -> impl Iterator<Item = &PathBuf> {
+        self.inputs.iter().map(|input| &input.path)
     }
 
     /// Whether any of its poses is a window of an arm in motion, so that links' inertia tensors are unknown, too.

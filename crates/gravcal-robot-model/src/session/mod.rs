@@ -7,6 +7,7 @@ pub mod compliance;
 mod contents;
 mod doubts;
 mod earlier;
+mod input_file;
 mod instrument;
 mod known;
 pub mod load_masses;
@@ -29,6 +30,7 @@ pub use choices::{Ask, Constraints, Deflection, PoseBlocks, UncertaintyChoice, U
 pub use contents::Session;
 pub use doubts::{Joined, MistakenUnit};
 pub use earlier::{EarlierCalibration, KnownCombination};
+pub use input_file::InputFile;
 pub use instrument::{AuxiliarySensor, AuxiliarySensorKind, Drift};
 pub use known::{GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance};
 pub use parameter_prior::{ParameterPrior, PriorKind};

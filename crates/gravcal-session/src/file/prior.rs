@@ -1,13 +1,13 @@
 //! `[prior]`: what an earlier calibration knows.
 
 use gravcal_recording::{
-    Digest, EarlierEstimate, EarlierInput, EarlierParameter, Part, read_earlier, read_earlier_inputs,
+    Digest, EarlierEstimate, EarlierInput, EarlierParameter, InputRole, Part, read_earlier, read_earlier_inputs,
 };
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::number::{rounded, shown_unit};
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::session::{
-    EarlierCalibration, InertiaPrior, KnownCombination, LAST_FRAME_CHOICE, PriorKind, Session,
+    EarlierCalibration, InertiaPrior, InputFile, KnownCombination, LAST_FRAME_CHOICE, PriorKind, Session,
 };
 use serde::Deserialize;
 
@@ -80,7 +80,7 @@ pub(super) fn resolve(
             own.nominal = value;
         }
     }
-    session.inputs.push(path);
+    session.inputs.push(InputFile::new(InputRole::Calibration, path));
     Ok(Session { earlier: Some(known), ..session })
 }
 

@@ -1,11 +1,12 @@
 //! From `session.toml` and all that it names to a session.
 
+use std::iter;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::Memory;
+use gravcal_recording::{InputRole, Memory};
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{Pose, Session};
+use gravcal_robot_model::session::{InputFile, Pose, PoseTable, Session};
 
 use super::context::{Context, SessionError};
 use super::declared::Declared;
@@ -66,8 +67,8 @@ pub fn read_session_in_memory(
     watch: &dyn Fn(&Path, f64),
 ) -> Result<Session, SessionError> {
     let session = read(document, registry, memory, watch)?;
-    let is_file = |path: &PathBuf| path != document.path() && !memory.holds(path);
-    Ok(Session { inputs: session.inputs.iter().filter(|path| is_file(path)).cloned().collect(), ..session })
+    let is_file = |input: &&InputFile| input.role != InputRole::Session && !memory.holds(&input.path);
+    Ok(Session { inputs: session.inputs.iter().filter(is_file).cloned().collect(), ..session })
 }
 
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
@@ -92,7 +93,7 @@ fn read(
     let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
     let poses = checked(document, poses)?;
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
-    let inputs = inputs(document.path(), robot_path.as_deref(), tables.iter().map(|table| table.path.clone()));
+    let inputs = inputs(document.path(), robot_path.as_deref(), &tables);
 
     let (unexplained, finds_rest) = (declared.unexplained.clone(), declared.motion.finds_rest());
     let session = Session {
@@ -145,6 +146,8 @@ fn check(context: &Context<'_>, session: &Session) -> Result<(), FileError> {
     residuals::check(context.document, session)
 }
 
-fn inputs(session: &Path, robot: Option<&Path>, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
-    std::iter::once(session).chain(robot).map(Path::to_owned).chain(tables).collect()
+fn inputs(session: &Path, robot: Option<&Path>, tables: &[PoseTable]) -> Vec<InputFile> {
+    let described = iter::once((InputRole::Session, session)).chain(robot.map(|path| (InputRole::Robot, path)));
+    let recorded = tables.iter().map(|table| (InputRole::Recording, table.path.as_path()));
+    described.chain(recorded).map(|(role, path)| InputFile::new(role, path)).collect()
 }

@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 use std::fs;
 
 use gravcal_estimation::{Loss, LossName};
-use gravcal_recording::{Conditions, Memory, Numbers, PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, InputRole, Memory, Numbers, PositionUnit, Reading, TorqueUnit};
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{
-    Ask, Constraints, GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance, ParameterPrior, Pose, PoseBlocks,
-    PoseTable, PriorKind, Session, UncertaintyChoice,
+    Ask, Constraints, GravityPrior, InertiaPrior, InputFile, JointPriors, Load, LoadDistance, ParameterPrior, Pose,
+    PoseBlocks, PoseTable, PriorKind, Session, UncertaintyChoice,
 };
 use tempfile::TempDir;
 
@@ -145,7 +145,7 @@ fn recordings_in_memory_are_as_good_as_files() {
     // Rows in memory have no header.
     let rows: Vec<Pose> = session.poses.into_iter().map(|pose| Pose { line: pose.line + 1, ..pose }).collect();
     assert_eq!(rows, read.poses);
-    assert_eq!(session.inputs, [path("robot.toml")]);
+    assert_eq!(session.inputs, [InputFile::new(InputRole::Robot, path("robot.toml"))]);
 
     let error = in_memory(&Memory::default().with(path("a.csv"), numbers(A))).unwrap_err().to_string();
     assert!(error.contains("b.csv: there is no such file"), "{error}");
@@ -171,10 +171,16 @@ fn gravity_loads_and_tables_are_read() {
     let drop = vec!["shoulder.torque_bias".to_owned(), "gravity".to_owned()];
     assert_eq!(session.ask, Ask { add: vec!["elbow.position_offset".to_owned()], drop });
 
-    let folder = session.inputs[0].parent().unwrap().to_owned();
+    let folder = session.inputs[0].path.parent().unwrap().to_owned();
     let table = |name: &str, load, swept, step| PoseTable { path: folder.join(name), load, swept, step };
     assert_eq!(session.tables, [table("a.csv", None, None, None), table("b.csv", Some(1), Some(1), Some(2))]);
-    let inputs = ["session.toml", "robot.toml", "a.csv", "b.csv"].map(|name| folder.join(name));
+    let inputs = [
+        (InputRole::Session, "session.toml"),
+        (InputRole::Robot, "robot.toml"),
+        (InputRole::Recording, "a.csv"),
+        (InputRole::Recording, "b.csv"),
+    ];
+    let inputs = inputs.map(|(role, name)| InputFile::new(role, folder.join(name)));
     assert_eq!(session.inputs, inputs);
 }
 
@@ -979,7 +985,7 @@ fn tables_for_validation_are_read_apart() {
     let session = validation("plate-b").unwrap();
     assert_eq!((session.poses.len(), session.validation.len(), session.tables.len()), (2, 2, 2));
     assert!(session.validation.iter().all(|pose| pose.table == 1 && pose.load == Some(1)), "{:?}", session.validation);
-    let names: Vec<_> = session.inputs.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
+    let names: Vec<_> = session.input_paths().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["session.toml", "robot.toml", "a.csv", "b.csv"]);
     let inertia = ("session.toml", "[ask]", "[inertia]\ndescription = \"sweep\"\n[ask]");
     let written = "file = \"a.csv\"\n[[validation]]\nfile = \"b.csv\"\nload = \"plate-b\"\n";

@@ -10,10 +10,10 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{PositionUnit, TorqueUnit};
+use gravcal_recording::{InputRole, PositionUnit, TorqueUnit};
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::session::{
-    GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PriorKind, Session, units,
+    GravityPrior, InputFile, JointPriors, Load, LoadDistance, ParameterPrior, PriorKind, Session, units,
 };
 
 use super::disturbance::Disturbance;
@@ -65,7 +65,7 @@ impl Reader<'_> {
             load_distances: self.load_distances(&loads)?,
             loads,
             tables,
-            inputs: vec![path.to_owned(), robot_path],
+            inputs: vec![InputFile::new(InputRole::Session, path), InputFile::new(InputRole::Robot, &robot_path)],
             ..Session::new(self.robot.clone(), self.gravity()?, self.joints()?)
         };
         let mut truth = self.truth(&mut template)?;
@@ -77,7 +77,7 @@ impl Reader<'_> {
             }
         }
         self.check_seen(&template)?;
-        let read = instruments::read(self.document, self.robot, &template.inputs[1], template.tables.len())?;
+        let read = instruments::read(self.document, self.robot, &robot_path, template.tables.len())?;
         template.instruments = read.instruments.behind(&mut template.further);
         truth.further.extend(read.truth);
         let poses = runs.iter().map(Run::poses).sum();

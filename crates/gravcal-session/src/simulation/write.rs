@@ -303,7 +303,7 @@ fn joint_tables(simulation: &Simulation, session: &Session) -> Vec<JointTable> {
 
 /// The robot by its path relative to the session's folder.
 fn robot_table(session: &Session, folder: &Path) -> RobotTable {
-    let path = session.inputs.last().map_or(Path::new(""), PathBuf::as_path);
+    let path = session.robot_file().unwrap_or(Path::new(""));
     let written = relative_path(folder, path);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf")) {
         let chain = &session.robot.chain;

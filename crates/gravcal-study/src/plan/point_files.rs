@@ -3,9 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{LARGEST_DOCUMENT, read_whole};
+use gravcal_recording::{InputRole, LARGEST_DOCUMENT, read_whole};
 use gravcal_robot_model::Registry;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{InputFile, Session};
 use gravcal_session::document::{Document, Field, FileError};
 use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_session::{SessionError, read_session_document};
@@ -50,12 +50,11 @@ impl PointFiles<'_> {
         }
         hash.update(&text);
         let session = self.session(&simulation, hash)?;
-        // The first is the file itself, whose text with its changes is counted already.
-        let [of_simulation, of_session] =
-            [&simulation.template.inputs, &session.inputs].map(|inputs| inputs.iter().skip(1));
-        for input in of_simulation.chain(of_session) {
-            let contents = read_whole(input, LARGEST_DOCUMENT);
-            hash.update(contents.map_err(|cause| self.refused(format!("{}: {cause}", input.display())))?);
+        // The texts of the simulation and of the session, with their changes, are counted already.
+        let all = simulation.template.inputs.iter().chain(&session.inputs);
+        for InputFile { path, .. } in all.filter(|input| input.role != InputRole::Session) {
+            let contents = read_whole(path, LARGEST_DOCUMENT);
+            hash.update(contents.map_err(|cause| self.refused(format!("{}: {cause}", path.display())))?);
         }
         Ok((simulation, session))
     }
@@ -129,7 +128,7 @@ impl PointFiles<'_> {
                 .refused(format!("the session leaves out poses ({found} of {expected}): a study uses all"))
                 .into());
         }
-        session.inputs.retain(|input| !input.starts_with(folder.path()));
+        session.inputs.retain(|input| !input.path.starts_with(folder.path()));
         Ok(session)
     }
 }

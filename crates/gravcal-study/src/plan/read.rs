@@ -265,7 +265,7 @@ impl Reader<'_> {
                 let files =
                     PointFiles { document, registry, path: &path, base: &base, changes: &changes, reported: &reported };
                 let (mut simulation, session) = files.make(hash)?;
-                for input in simulation.template.inputs.iter().chain(&session.inputs) {
+                for input in simulation.template.input_paths().chain(session.input_paths()) {
                     if !inputs.contains(input) {
                         inputs.push(input.clone());
                     }
