@@ -34,6 +34,9 @@ use crate::residuals::RowResidual;
 /// Probability of variances that differ so much by chance, below which channels are not alike.
 const DIFFERENT: f64 = 0.05;
 
+/// What leverages leave by rounding where unknowns take up all of a channel's readings.
+const NO_FREEDOM: f64 = 1e-6;
+
 /// A residual of a reading.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadingResidual {
@@ -84,7 +87,7 @@ struct Residuals {
 
 impl Residuals {
     fn variance(self) -> Option<f64> {
-        (self.squares > 0.0 && self.freedom > 0.0).then(|| self.squares / self.freedom)
+        (self.squares > 0.0 && self.freedom > NO_FREEDOM).then(|| self.squares / self.freedom)
     }
 }
 
@@ -209,6 +212,16 @@ mod tests {
     fn sensors_without_a_degree_of_freedom_each_are_one() {
         let found = moderated(&[(900.0, 0.5), (1.0, 0.3), (1e-9, 0.2)]);
         assert!(found.iter().all(|v| (v - 450.3).abs() < 1e-6), "{found:?}");
+    }
+
+    /// A fit that takes up every reading, to the last digit but one, leaves residuals of no size.
+    #[test]
+    fn what_rounding_leaves_of_readings_that_are_all_taken_up_is_no_noise() {
+        let row = RowResidual { whitened: 1e-7, leverage: 1.0 - 1e-13 };
+        let readings = [0, 0, 1].map(|channel| ReadingResidual { channel, std: 1.0, row });
+        for alike in [false, true] {
+            assert_eq!(noise_by_squares(&readings, &[alike; 2]), [None, None]);
+        }
     }
 
     /// With s² of 1 and 16 and five degrees of freedom each, the statistic is (10 ln 8.5 − 5 ln 16) / 1.1 = 6.9, which χ² of one degree of freedom
