@@ -81,6 +81,11 @@ impl<'a> SolveEnvironment<'a> {
         self.to_within(ROUGH)
     }
 
+    /// Whether ends are only compared.
+    pub fn is_rough(&self) -> bool {
+        self.enough >= ROUGH
+    }
+
     /// Whether someone asked to stop.
     pub fn stopped(&self) -> bool {
         self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))

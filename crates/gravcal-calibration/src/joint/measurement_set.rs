@@ -126,7 +126,8 @@ impl MeasurementSet {
 
     /// Free parameters on which no reading that enters depends.
     pub(super) fn unread(&self, session: &Session) -> Vec<ParameterId> {
-        let free = |id: &ParameterId| session.fixed(*id).is_none() && !self.reads(session, *id);
+        let axes = self.used_axes(session);
+        let free = |id: &ParameterId| session.fixed(*id).is_none() && !self.reads(session, &axes, *id);
         session.parameters().into_iter().filter(free).collect()
     }
 
@@ -136,7 +137,8 @@ impl MeasurementSet {
         self.unread(session).into_iter().filter(|id| !known(id) && !is_observed(session, *id)).collect()
     }
 
-    fn reads(&self, session: &Session, id: ParameterId) -> bool {
+    /// Whether readings depend on a parameter; `axes`: those that are used.
+    fn reads(&self, session: &Session, axes: &UsedAxes, id: ParameterId) -> bool {
         let of_torque = match id {
             // What gives way under the torque of one joint turns all beyond it, and with them what others carry.
             ParameterId::Sensor(joint, _) if session.compliances().is_empty() => self.any_torque_met(session, joint),
@@ -150,8 +152,7 @@ impl MeasurementSet {
             _ => self.any_torque(session),
         };
         of_torque
-            || self
-                .used_axes(session)
+            || axes
                 .iter()
                 .any(|(number, axis, table)| reads(&session.instruments[*number], session, (*axis, *table), id))
     }
@@ -162,8 +163,8 @@ impl MeasurementSet {
         windows().any(|(_, used)| used.contains(&joint))
     }
 
-    /// Instrument, axis and table (one of those that share its biases) of the readings of instruments that enter, each once.
-    fn used_axes(&self, session: &Session) -> BTreeSet<(usize, usize, usize)> {
+    /// Those of the readings that enter.
+    fn used_axes(&self, session: &Session) -> UsedAxes {
         let of_pose = |(pose, used): (&Pose, &Arc<[usize]>)| {
             let axes = used.iter().filter_map(|channel| session.axis(*channel));
             axes.map(|(number, axis)| (number, axis, session.instruments[number].bias_set(pose.table)))
@@ -222,6 +223,9 @@ fn is_observed(session: &Session, id: ParameterId) -> bool {
         }
     })
 }
+
+/// Instrument, axis and table (one of those that share its biases) of readings of instruments, each once.
+type UsedAxes = BTreeSet<(usize, usize, usize)>;
 
 /// Whether the readings of an axis in a table depend on a parameter.
 fn reads(instrument: &AuxiliarySensor, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {

@@ -3,8 +3,8 @@
 //! It is found with residuals and leverages as they are, the fit is repeated with the new weights, and so on (`solve_from.rs`), until both
 //! stand. Where residuals are no larger than the noise makes them, it is zero and everything is as if there were none.
 
-use gravcal_estimation::{EvaluateError, Loss};
-use gravcal_identification::{ErrorRow, variance_beyond_noise, variance_beyond_noise_by_median};
+use gravcal_estimation::Loss;
+use gravcal_identification::{ErrorRow, RowResidual, variance_beyond_noise, variance_beyond_noise_by_median};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use crate::joint::measurement_set::{MeasurementSet, first_noise, stated};
@@ -65,35 +65,35 @@ impl MeasurementSet {
 }
 
 impl Solved {
-    /// Variance of the unexplained errors of each channel: by these residuals where it is estimated, else as it is.
-    pub(in crate::joint) fn unexplained(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+    /// Variance of the unexplained errors of each channel: by these residuals, the solution's own, where it is estimated, else as it is.
+    pub(in crate::joint) fn unexplained(&self, session: &Session, rows: &[RowResidual]) -> Vec<f64> {
         let errors = session.unexplained_errors();
         if !errors.contains(&UnexplainedError::Estimated) {
-            return Ok(self.readings().unexplained.clone());
+            return self.readings().unexplained.clone();
         }
-        let rows = self.unexplained_rows(session)?;
+        let rows = self.unexplained_rows(session, rows);
         let variance =
             |((rows, error), old): ((&Vec<ErrorRow>, UnexplainedError), &f64)| match (error, self.readings().loss) {
                 (UnexplainedError::Estimated, Loss::None) => variance_beyond_noise(rows),
                 (UnexplainedError::Estimated, _) => variance_beyond_noise_by_median(rows),
                 _ => *old,
             };
-        Ok(rows.iter().zip(errors).zip(&self.readings().unexplained).map(variance).collect())
+        rows.iter().zip(errors).zip(&self.readings().unexplained).map(variance).collect()
     }
 
     /// The readings of each channel.
-    fn unexplained_rows(&self, session: &Session) -> Result<Vec<Vec<ErrorRow>>, EvaluateError> {
-        let mut rows = vec![Vec::new(); session.channel_count()];
-        for (id, row) in self.built.rows.iter().zip(self.row_residuals()?) {
+    fn unexplained_rows(&self, session: &Session, rows: &[RowResidual]) -> Vec<Vec<ErrorRow>> {
+        let mut by_channel = vec![Vec::new(); session.channel_count()];
+        for (id, row) in self.built.rows.iter().zip(rows) {
             let residual = row.whitened * self.readings().std(session, *id);
             let noise = self.readings().own_std(session, *id).powi(2) + self.readings().of_unknown_side(session, *id);
-            rows[id.channel].push(ErrorRow {
+            by_channel[id.channel].push(ErrorRow {
                 noise,
                 squared: residual * residual,
                 freedom: (1.0 - row.leverage).max(0.0),
             });
         }
-        Ok(rows)
+        by_channel
     }
 
     /// Whether unexplained errors of these variances are those of the solution but for a share of each channel's error.

@@ -8,18 +8,19 @@ use crate::joint::measurement_set::first_noise;
 use crate::joint::solved::Solved;
 
 impl Solved {
-    /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.
-    pub(in crate::joint) fn residual_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+    /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up. `rows`: the solution's
+    /// own, here and below.
+    pub(in crate::joint) fn residual_noise(&self, session: &Session, rows: &[RowResidual]) -> Vec<f64> {
         let estimated = session.noise_estimated();
         let joints = session.joints.len();
         let alike: Vec<bool> =
             (0..session.channel_count()).map(|channel| channel < joints && estimated[channel]).collect();
-        Ok(self.or_as_before(noise_by_squares(&self.reading_residuals(session)?, &alike)))
+        self.or_as_before(noise_by_squares(&self.reading_residuals(session, rows), &alike))
     }
 
     /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
-    pub(in crate::joint) fn median_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
-        Ok(self.or_as_before(noise_by_median(&self.reading_residuals(session)?, self.readings().noise.len())))
+    pub(in crate::joint) fn median_noise(&self, session: &Session, rows: &[RowResidual]) -> Vec<f64> {
+        self.or_as_before(noise_by_median(&self.reading_residuals(session, rows), self.readings().noise.len()))
     }
 
     fn or_as_before(&self, found: Vec<Option<f64>>) -> Vec<f64> {
@@ -41,13 +42,12 @@ impl Solved {
         Ok(rows.filter(|(id, _)| stated[id.channel]).map(|(id, row)| (id.channel, row)).collect())
     }
 
-    fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
-        let rows = self.built.rows.iter().zip(self.row_residuals()?);
-        let of = |(id, row): (&ReadingId, RowResidual)| {
+    fn reading_residuals(&self, session: &Session, rows: &[RowResidual]) -> Vec<ReadingResidual> {
+        let of = |(id, row): (&ReadingId, &RowResidual)| {
             let std = self.readings().std(session, *id);
-            ReadingResidual { channel: id.channel, std, row }
+            ReadingResidual { channel: id.channel, std, row: *row }
         };
-        Ok(rows.map(of).collect())
+        self.built.rows.iter().zip(rows).map(of).collect()
     }
 
     /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with
@@ -59,7 +59,8 @@ impl Solved {
             true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
             false => 0.0,
         };
-        Ok(self.least_cost() + self.reading_residuals(session)?.into_iter().map(size).sum::<f64>())
+        let readings = self.reading_residuals(session, &self.row_residuals()?);
+        Ok(self.least_cost() + readings.into_iter().map(size).sum::<f64>())
     }
 }
 

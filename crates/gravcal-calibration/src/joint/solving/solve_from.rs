@@ -17,8 +17,15 @@ use crate::joint::variables::State;
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
 const NOISE_TOLERANCE: f64 = 1e-3;
-/// The same where errors of single joints are told from their noise, which shift from one to the other.
+/// The same where ends are only compared: − ln L is least at the noise that is found, and one per cent beside it larger by a ten thousandth of
+/// the number of readings.
+const ROUGH_ROUNDS: usize = 8;
+const ROUGH_TOLERANCE: f64 = 0.01;
+/// Rounds at most where errors of single joints are told from their noise, which shift from one to the other.
 const UNEXPLAINED_ROUNDS: usize = 30;
+/// Noise that still changes by so much after so many rounds goes round in circles: the model explains too little for it to settle.
+const STEADY_ROUNDS: usize = 8;
+const STEADY: f64 = 0.1;
 /// How often, at most, the torques that bend joints are taken anew from a solution in which these bend.
 const BENDING_ROUNDS: usize = 3;
 /// Iterations of each: the next goes on from there, and what noise shifts is little beside what it costs to follow it to the last digit.
@@ -49,7 +56,7 @@ pub(in crate::joint) fn solve_from(
     let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
     readings.bending = bending.map(Arc::new).or(readings.bending);
     let mut solved = solve_again(session, &solved, &readings, environment)?;
-    for _ in 0..BENDING_ROUNDS {
+    for _ in 0..if environment.is_rough() { 0 } else { BENDING_ROUNDS } {
         let Some(readings) = solved.bent_anew(session)? else { break };
         solved = solve_again(session, &solved, &readings, environment)?;
     }
@@ -81,13 +88,18 @@ fn solve_with_noise(
         environment.report("all unknowns together");
         let solved = solve_built(built(&readings, &start)?, environment)?;
         let stopped = solved.estimate.termination == Termination::Stopped;
-        if !estimated || stopped || solved.unexplained(session)? == readings.unexplained {
+        if !estimated || stopped || solved.unexplained(session, &solved.row_residuals()?) == readings.unexplained {
             return Ok(solved);
         }
         // Noise that explains so little weighs the joints wrongly: they begin alike.
         readings = readings.with_rough_unexplained(session);
     }
-    for round in 0..if estimated { UNEXPLAINED_ROUNDS } else { NOISE_ROUNDS } {
+    let (rounds, tolerance) = match (environment.is_rough(), estimated) {
+        (true, _) => (ROUGH_ROUNDS, ROUGH_TOLERANCE),
+        (false, true) => (UNEXPLAINED_ROUNDS, NOISE_TOLERANCE),
+        (false, false) => (NOISE_ROUNDS, NOISE_TOLERANCE),
+    };
+    for round in 0..rounds {
         environment.report("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
         readings.loss = if round == 0 { Loss::None } else { loss };
@@ -95,17 +107,20 @@ fn solve_with_noise(
         let problem = if round == 0 { problem } else { problem.resting_at_start() };
         let (problem, estimate) = fit_in_rounds(&problem, 1, &environment.within(NOISE_ITERATIONS))?;
         let solved = Solved::judged(problem, estimate)?;
+        let rows = solved.row_residuals()?;
         let noise = match loss {
-            Loss::None => solved.residual_noise(session)?,
-            _ => solved.median_noise(session)?,
+            Loss::None => solved.residual_noise(session, &rows),
+            _ => solved.median_noise(session, &rows),
         };
-        let unexplained = solved.unexplained(session)?;
-        let settled = readings.loss == loss
-            && solved.stands_with(session, &unexplained, NOISE_TOLERANCE)
-            && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
+        let unexplained = solved.unexplained(session, &rows);
+        let changes = noise.iter().zip(&readings.noise).map(|(new, old)| (new / old - 1.0).abs());
+        let changed = changes.fold(0.0, f64::max);
+        let settled =
+            readings.loss == loss && solved.stands_with(session, &unexplained, tolerance) && changed < tolerance;
         start = solved.built.variables.state(&solved.estimate.values, &start);
         (readings.noise, readings.unexplained) = (noise, unexplained);
-        if settled || solved.estimate.termination == Termination::Stopped {
+        let in_circles = round >= STEADY_ROUNDS && changed > STEADY;
+        if settled || in_circles || solved.estimate.termination == Termination::Stopped {
             break;
         }
     }

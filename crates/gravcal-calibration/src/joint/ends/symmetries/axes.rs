@@ -16,7 +16,7 @@
 use std::f64::consts::PI;
 
 use gravcal_dynamics::{BodyInertia, JointKind, Transform};
-use gravcal_identification::{SolveEnvironment, Symmetry};
+use gravcal_identification::{DECISIVE, FIRST_ITERATIONS, SolveEnvironment, Symmetry};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{Load, Session};
 
@@ -29,6 +29,8 @@ use crate::joint::variables::State;
 
 /// Share of its nominal value below which a gain has no sign: it may be zero.
 const HAS_SIGN: f64 = 0.1;
+/// What costs so many times as much as the solution after its first iterations is no image of it.
+const OUT_OF_REACH: f64 = 3.0;
 
 /// The free gains that have the other sign than declared.
 pub(in crate::joint) fn turned_gains(session: &Session, values: &State) -> Vec<ParameterId> {
@@ -97,8 +99,14 @@ impl Symmetry for TurnedAxes<'_> {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
         let built = build_with_constraints(self.session, solved.readings(), &image)?.with_loss(solved.built.loss)?;
-        let Ok(other) = solve_built(built, environment) else { return Ok(None) };
         let nominal = State::nominal(self.session);
+        let roughly = environment.roughly().within(FIRST_ITERATIONS);
+        let Ok(near) = solve_built(built.clone(), &roughly) else { return Ok(None) };
+        if near.estimate.cost > OUT_OF_REACH * solved.estimate.cost + DECISIVE {
+            return Ok(None);
+        }
+        let built = built.starting_at(self.session, &near.state(&nominal));
+        let Ok(other) = solve_built(built, environment) else { return Ok(None) };
         let [wrong, before] = [&other, solved].map(|solution| not_as_declared(self.session, &solution.state(&nominal)));
         Ok((wrong < before && other.estimate.termination.converged()).then_some(other))
     }
