@@ -14,22 +14,22 @@ use crate::joint::solved::Solved;
 use crate::joint::solving::fit::{fit, fit_in_rounds};
 use crate::joint::variables::State;
 
-/// Rounds of noise estimation at most, and the relative change at which they end.
+/// Rounds of noise estimation at most.
 const NOISE_ROUNDS: usize = 8;
+/// The same where errors of single joints are told from their noise, which shift from one to the other, unless ends are only compared.
+const UNEXPLAINED_ROUNDS: usize = 30;
+/// Iterations of each round: the next goes on from there, and what noise shifts is little beside what it costs to follow it to the last digit.
+const NOISE_ITERATIONS: usize = 12;
+/// The relative change of noise at which rounds end.
 const NOISE_TOLERANCE: f64 = 1e-3;
 /// The same where ends are only compared: − ln L is least at the noise that is found, and one per cent beside it larger by a ten thousandth of
 /// the number of readings.
-const ROUGH_ROUNDS: usize = 8;
 const ROUGH_TOLERANCE: f64 = 0.01;
-/// Rounds at most where errors of single joints are told from their noise, which shift from one to the other.
-const UNEXPLAINED_ROUNDS: usize = 30;
 /// Noise that still changes by so much after so many rounds goes round in circles: the model explains too little for it to settle.
 const STEADY_ROUNDS: usize = 8;
 const STEADY: f64 = 0.1;
 /// How often, at most, the torques that bend joints are taken anew from a solution in which these bend.
 const BENDING_ROUNDS: usize = 3;
-/// Iterations of each: the next goes on from there, and what noise shifts is little beside what it costs to follow it to the last digit.
-const NOISE_ITERATIONS: usize = 12;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
 
@@ -94,12 +94,9 @@ fn solve_with_noise(
         // Noise that explains so little weighs the joints wrongly: they begin alike.
         readings = readings.with_rough_unexplained(session);
     }
-    let (rounds, tolerance) = match (environment.is_rough(), estimated) {
-        (true, _) => (ROUGH_ROUNDS, ROUGH_TOLERANCE),
-        (false, true) => (UNEXPLAINED_ROUNDS, NOISE_TOLERANCE),
-        (false, false) => (NOISE_ROUNDS, NOISE_TOLERANCE),
-    };
-    for round in 0..rounds {
+    let rough = environment.is_rough();
+    let tolerance = if rough { ROUGH_TOLERANCE } else { NOISE_TOLERANCE };
+    for round in 0..if estimated && !rough { UNEXPLAINED_ROUNDS } else { NOISE_ROUNDS } {
         environment.report("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
         readings.loss = if round == 0 { Loss::None } else { loss };
