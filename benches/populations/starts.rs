@@ -1,20 +1,21 @@
 //! Whether another start leads to a likelier end: the joint problem solved from random starts.
 //!
-//! With the root mean square residual `r_j` of joint j over `N_j` readings,
+//! Ends are compared as the joint estimator compares them: with the noise that each end shows, taken for that of all joints where nothing tells these
+//! apart, and counted by the degrees of freedom that found it, with the leverage `h_i` of row i and its standard deviation `σ_i`,
 //!
 //! ```text
-//!     − ln L = Σ_j N_j ln r_j              where the noise is taken from the residuals
-//!     − ln L = Σ_j N_j r_j² / (2 σ_j²)     where it is stated
+//!     − ln L = ½ χ² + Σ_i (1 − h_i) ln σ_i      where the noise is taken from the residuals
+//!     − ln L = ½ χ²                             where it is stated
 //! ```
 //!
-//! The joint estimator's solution rests at what is declared along what the readings leave open, and its joints share their noise where nothing tells
-//! them apart: it lies above the minimum of − ln L by that. So it is a start, too, followed as all others are.
+//! The estimator's solution rests at what is declared along what the readings leave open, and lies above the minimum by that: so it is a start, too,
+//! followed as all others are.
 
 use std::path::Path;
 
-use gravcal_calibration::joint::{MeasurementSet, Signals, State, build_problem, select, solve};
-use gravcal_estimation::{SolveContext, Solver, Values};
-use gravcal_identification::SolveEnvironment;
+use gravcal_calibration::joint::{Signals, State, build_problem, select, solve};
+use gravcal_estimation::{RankAnalysis, SolveContext, Solver};
+use gravcal_identification::{ReadingResidual, RowResidual, SolveEnvironment, noise_by_squares, row_residuals};
 use gravcal_robot_model::Session;
 use gravcal_robot_model::session::ReadingId;
 use gravcal_session::read_session;
@@ -79,43 +80,29 @@ fn random_start(session: &Session, truth: &Truth, random: &mut Pcg64) -> State {
 /// − ln L where a start leads, if it leads somewhere.
 fn from(truth: &Truth, session: &Session, start: State) -> Option<f64> {
     let mut readings = select(session, Signals::All);
+    let alike = vec![true; session.joints.len()];
     let (mut values, mut end) = (None, None);
     for _ in 0..if truth.said.std { 1 } else { ROUNDS } {
-        let by_joint = solved(session, &readings, &start, &mut values)?;
-        for (joint, (_, rms)) in by_joint.iter().enumerate() {
-            readings.noise[joint] = *rms;
+        let built = build_problem(session, &readings, &start).ok()?;
+        let stopping = StoppingRules { max_iterations: ITERATIONS, ..Default::default() };
+        let from = values.as_ref().unwrap_or(&built.initial);
+        let estimate =
+            LevenbergMarquardt { stopping }.solve(&built.problem, from, &mut SolveContext::default()).ok()?;
+        let analysis = RankAnalysis::new(&built.problem, &estimate.values).ok()?;
+        let rows = row_residuals(&built.problem, &estimate.values, &analysis, built.rows.len()).ok()?;
+        let of_reading = |(id, row): (&ReadingId, RowResidual)| ReadingResidual {
+            channel: id.channel,
+            std: readings.std(session, *id),
+            row,
+        };
+        let residuals: Vec<ReadingResidual> = built.rows.iter().zip(rows).map(of_reading).collect();
+        let size = |ReadingResidual { std, row, .. }: &ReadingResidual| (1.0 - row.leverage).max(0.0) * std.ln();
+        let by_noise = if truth.said.std { 0.0 } else { residuals.iter().map(size).sum() };
+        end = Some(estimate.cost + by_noise);
+        for (joint, noise) in noise_by_squares(&residuals, &alike).into_iter().enumerate() {
+            readings.noise[joint] = noise.unwrap_or(readings.noise[joint]);
         }
-        end = Some(minus_log_likelihood(truth, by_joint.into_iter()));
+        values = Some(estimate.values);
     }
     end
-}
-
-/// Solves from `values`, at first a start, which become the end; number of readings and root mean square residual of each joint.
-fn solved(
-    session: &Session,
-    readings: &MeasurementSet,
-    start: &State,
-    values: &mut Option<Values>,
-) -> Option<Vec<(f64, f64)>> {
-    let solver = LevenbergMarquardt { stopping: StoppingRules { max_iterations: ITERATIONS, ..Default::default() } };
-    let built = build_problem(session, readings, start).ok()?;
-    let from = values.as_ref().unwrap_or(&built.initial);
-    let estimate = solver.solve(&built.problem, from, &mut SolveContext::default()).ok()?;
-    let residuals = built.problem.residuals(&estimate.values).ok()?;
-    let mut sums = vec![(0.0, 0.0); session.joints.len()];
-    for (ReadingId { pose, channel: joint }, residual) in built.rows.iter().zip(residuals) {
-        let std = session.poses[*pose].torque[*joint].and_then(|reading| reading.std).unwrap_or(readings.noise[*joint]);
-        sums[*joint].0 += 1.0;
-        sums[*joint].1 += (residual * std).powi(2);
-    }
-    *values = Some(estimate.values);
-    Some(sums.into_iter().map(|(count, squares): (f64, f64)| (count, (squares / count).sqrt())).collect())
-}
-
-fn minus_log_likelihood(truth: &Truth, by_joint: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let of_joint = |((count, rms), noise): ((f64, f64), &f64)| match truth.said.std {
-        true => 0.5 * count * (rms / noise).powi(2),
-        false => count * rms.ln(),
-    };
-    by_joint.zip(&truth.noise).map(of_joint).sum()
 }

@@ -20,10 +20,10 @@ use crate::nearby::IMPLAUSIBLE;
 pub const DECISIVE: f64 = 10.0;
 
 /// − ln of the likelihood by which an end must exceed another to take its place: methods that end at one place differ by less.
-const LIKELIER: f64 = 1.0;
+const LIKELIER: f64 = 0.5;
 
 /// By how much likelier, in − ln L, an end that was followed roughly may be at its last digit.
-pub const UNSETTLED: f64 = 1.0;
+pub const UNSETTLED: f64 = 0.5;
 
 /// Unknowns of one end are the same to this share, of 1 or of their size.
 const SAME: f64 = 1e-5;
