@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -49,6 +50,12 @@ def arrays_of_seven() -> dict[str, Any]:
         "loads": [{"name": name, "mass_kg": 5.0, "link": "link7"} for name in names[1:]],
         "load_distance": [{"between": names[1:], "distance_m": 0.14966629547095767}],
     }
+
+
+@pytest.fixture(autouse=True)
+def interrupts() -> None:
+    """Heeded, as Python does unless it is started in the background of a script."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture()
