@@ -235,6 +235,25 @@ mod tests {
         assert_eq!(likeliest.plausible().len(), 2);
     }
 
+    /// Both starts lead to 1, and seem to be worth it beside −1; once one of them was followed to its end, the other is not.
+    #[test]
+    fn what_matters_no_more_beside_the_likeliest_is_not_followed_to_its_end() {
+        let (problem, initial, x) = problem(0.2);
+        let solves = AtomicUsize::new(0);
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate, f64>, SolveError> {
+            solves.fetch_add(1, Ordering::Relaxed);
+            let mut values = initial.clone();
+            values.set(x, &[start]);
+            Ok(end(environment.solve(&problem, &values)?, x))
+        };
+        with_environment(|environment| {
+            let mut likeliest = Likeliest::first(follow(-2.0, environment).unwrap());
+            likeliest.or_from(vec![3.0, 4.0], follow, environment);
+            assert!(likeliest.is_another && likeliest.others.len() == 2);
+        });
+        assert_eq!(solves.into_inner(), 4, "the first, two roughly, and the likeliest of these to its end");
+    }
+
     #[test]
     fn no_start_is_followed_once_someone_asks_to_stop() {
         let stop = AtomicBool::new(false);

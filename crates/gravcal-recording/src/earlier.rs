@@ -202,7 +202,7 @@ struct Provenance {
 struct Input {
     path: String,
     sha256: String,
-    /// Not said by calibrations of before gravcal 0.3.
+    /// Older calibrations say none.
     role: Option<InputRole>,
 }
 

@@ -40,7 +40,7 @@ pub struct Input {
     pub sha256: String,
     /// Size.
     pub bytes: u64,
-    /// What it is for: `session`, `robot`, `recording` or `calibration`.
+    /// What it is for.
     pub role: InputRole,
 }
 

@@ -21,7 +21,7 @@ const FEW: usize = 6;
 const FIRST_TURN: f64 = 0.4;
 const LAST_TURN: f64 = 0.02;
 /// Poses that suffice to compare sessions that differ in signs and columns, which cost many times as much where one is wrong.
-const TELLING: usize = 60;
+const COMPARED: usize = 60;
 /// Candidates that are solved for briefly, and the least angle between their directions, rad.
 const CONTENDERS: usize = 4;
 const APART: f64 = 0.3;
@@ -156,7 +156,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 /// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
 pub(in crate::joint) fn start_cost(session: &Session, readings: &MeasurementSet) -> Result<f64, BuildError> {
     let nominal = State::nominal(session);
-    let part = LinearPart::new(session, &thinned(session, readings, TELLING), &nominal)?;
+    let part = LinearPart::new(session, &thinned(session, readings, COMPARED), &nominal)?;
     let cost = part.costs(&nominal);
     let some = directions(session.gravity.hemisphere).step_by(FEW).map(|direction| (cost(direction), direction));
     let Some(mut best) = some.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(f64::INFINITY) };
