@@ -23,7 +23,7 @@
 //! 100, which lets the first step go anywhere. Where J has lost rank, `p_B` is the shortest such step
 //! ([`Point::full_step`]).
 
-use gravcal_estimation::{Estimate, Problem, SolveContext, SolveError, Solver, Unsupported, Values};
+use gravcal_estimation::{Estimate, Problem, SolveContext, SolveError, Solver, Termination, Unsupported, Values};
 use serde::{Deserialize, Serialize};
 
 use crate::point::dot;
@@ -97,6 +97,10 @@ impl Descent for Dogleg {
                     return Ok(Move::To { trial: Box::new(trial), damping: 0.0, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
+                // Numbers without sense: no radius is shorter than one that is zero, infinite or no number.
+                Decision::Shorten if !(length > 0.0 && length.is_finite()) => {
+                    return Ok(Move::Stay(Termination::NoProgress));
+                }
                 Decision::Shorten => *radius = 0.25 * length,
             }
         }
