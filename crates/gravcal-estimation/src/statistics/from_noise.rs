@@ -22,20 +22,33 @@
 //! cancels: `q` and `m` come from the residuals, so the stated noise only sets where the loss begins. That is why a loss
 //! always gives Student's intervals, and why nothing is scaled by χ² on top. Without a loss and with stated noise
 //! intervals are normal.
+//!
+//! **Few residuals** tell the size of the noise badly, and by chance much too small: `ν s²/σ²` is distributed as χ² with ν degrees of freedom.
+//! Student's intervals allow for that; standard deviations that were found so are told larger by
+//!
+//! ```text
+//!     max(1, ½ √(ν/χ²_ν(P)))                χ²_ν(P): the quantile of probability P = 0.001
+//! ```
+//!
+//! so that one in 1,000 at most is below half of the right one: 5.6 times with ν = 3, 1.5 times with 8, no larger from 17 on.
 
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::projected::{Piece, Projected, sandwiched};
 use super::{Covariance, Quantile, Solution, StatisticsError, Uncertainty};
 use crate::Loss;
+
+/// How probable it may be that a standard deviation, found from the residuals, is told below half of the right one.
+const TOO_SMALL: f64 = 0.001;
 
 /// What is known of the size of the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoiseScale {
     /// Stated before the residuals were seen: the covariance as it is, normal intervals.
     Stated,
-    /// Already found from these residuals: the covariance as it is, Student's intervals.
+    /// Already found from these residuals: the covariance as it is but for what chance leaves open where they are few, Student's intervals.
     Found,
     /// Stated up to a common factor, which the residuals tell: the covariance is scaled by χ² over its degrees of freedom,
     /// Student's intervals.
@@ -58,6 +71,7 @@ impl Uncertainty {
             return Err(StatisticsError::NoFreedom { rows, rank });
         }
         let freedom = (rows - rank) as f64;
+        let quantile = Quantile::student(freedom);
         let covariance = if robust {
             of_m_estimator(solution)?
         } else {
@@ -67,11 +81,21 @@ impl Uncertainty {
                     let residuals = solution.problem.residuals(solution.values)?;
                     plain.scaled(residuals.iter().map(|r| r * r).sum::<f64>() / freedom)
                 }
-                NoiseScale::Stated | NoiseScale::Found => plain,
+                NoiseScale::Found => {
+                    let larger = by_chance(freedom);
+                    return Ok(Uncertainty::with_quantile(plain.scaled(larger * larger), quantile.per(larger)));
+                }
+                NoiseScale::Stated => plain,
             }
         };
-        Ok(Uncertainty::with_quantile(covariance, Quantile::student(freedom)))
+        Ok(Uncertainty::with_quantile(covariance, quantile))
     }
+}
+
+/// How much larger a standard deviation is told that was found with so many degrees of freedom, for what it may be too small by chance.
+fn by_chance(freedom: f64) -> f64 {
+    let smallest = |found: ChiSquared| 0.5 * (freedom / found.inverse_cdf(TOO_SMALL)).sqrt();
+    ChiSquared::new(freedom).map_or(f64::INFINITY, smallest).max(1.0)
 }
 
 fn of_m_estimator(solution: &Solution<'_>) -> Result<Covariance, StatisticsError> {
@@ -150,6 +174,20 @@ mod tests {
         assert!((high - student).abs() < 1e-8 && (low + student).abs() < 1e-8);
         let found = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found).unwrap();
         assert!(found.interval(0.0, &[(1, 1.0)])[1] > 1.6 * stated.interval(0.0, &[(1, 1.0)])[1]);
+    }
+
+    /// The quantiles of χ² are those of printed tables.
+    #[test]
+    fn deviations_that_few_residuals_tell_are_told_larger_and_their_intervals_stay() {
+        let solved = fit(line(&[0.1, 1.3, 1.8, 3.4, 3.9]));
+        let [stated, found] =
+            [NoiseScale::Stated, NoiseScale::Found].map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
+        let larger = found.covariance().std_of(&[(1, 1.0)]) / stated.covariance().std_of(&[(1, 1.0)]);
+        assert!((larger - 0.5 * (3.0_f64 / 0.0243).sqrt()).abs() < 2e-3 * larger, "{larger}");
+        let width = found.interval(0.0, &[(1, 1.0)])[1] / stated.covariance().std_of(&[(1, 1.0)]);
+        assert!((width - 3.182_446_305).abs() < 1e-6, "{width}");
+        assert!((by_chance(8.0) - 0.5 * (8.0_f64 / 0.857).sqrt()).abs() < 1e-3);
+        assert_eq!([17.0, 100.0, 1e6].map(by_chance), [1.0; 3]);
     }
 
     #[test]

@@ -52,6 +52,11 @@ impl Quantile {
         Quantile { interval, cone: (degrees_of_freedom * exponent.exp_m1()).sqrt() }
     }
 
+    /// For a standard deviation that is told so many times larger: intervals and cones stay.
+    pub(super) fn per(self, larger: f64) -> Quantile {
+        Quantile { interval: self.interval / larger, cone: self.cone / larger }
+    }
+
     /// 95 % interval of a number.
     pub fn interval(self, value: f64, std: f64) -> [f64; 2] {
         [value - self.interval * std, value + self.interval * std]
