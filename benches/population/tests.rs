@@ -170,7 +170,7 @@ fn a_session_depends_on_its_number_alone() {
 /// explains the readings hardly, ends that found their noise by six degrees of freedom, ends along what the
 /// readings leave open, an image about a leaning axis, standing joints mirrored about a
 /// quarter turn.
-const ONCE_WRONG: [(u64, u64); 44] = [
+const ONCE_WRONG: [(u64, u64); 46] = [
     (21, 156),
     (21, 111),
     (21, 503),
@@ -215,6 +215,8 @@ const ONCE_WRONG: [(u64, u64); 44] = [
     (9701, 1669),
     (9801, 1426),
     (9901, 1337),
+    (26112, 551),
+    (26112, 3194),
 ];
 
 #[test]

@@ -97,7 +97,7 @@ impl Descent for Dogleg {
                     return Ok(Move::To { trial: Box::new(trial), damping: 0.0, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
-                // Numbers without sense: no radius is shorter than one that is zero, infinite or no number.
+                // A quarter of zero, of infinity or of what is no number is the same again.
                 Decision::Shorten if !(length > 0.0 && length.is_finite()) => {
                     return Ok(Move::Stay(Termination::NoProgress));
                 }
@@ -165,7 +165,23 @@ impl DoglegPath {
 
 #[cfg(test)]
 mod tests {
+    use gravcal_estimation::Block;
+
     use super::*;
+    use crate::testing::built;
+
+    /// The squares of such values have no finite sum, nor have those of the full step of columns that are all but parallel; no step lowers the cost.
+    #[test]
+    fn a_radius_that_cannot_shrink_ends_the_method() {
+        let (problem, start) =
+            built(["a", "b"].map(|name| (Block::scalar(name, ""), vec![9e153])).to_vec(), 2, |_, r, j| {
+                r.copy_from_slice(&[6e152, 1.2e153]);
+                j.copy_from_slice(&[1.0, 1.0, 1.0, 1.0 + 1e-8]);
+                Ok(())
+            });
+        let estimate = Dogleg::default().solve(&problem, &start, &mut SolveContext::default()).unwrap();
+        assert!(!estimate.termination.converged(), "{}", estimate.termination);
+    }
 
     fn path() -> DoglegPath {
         DoglegPath { scaling: vec![1.0, 2.0], cauchy: vec![1.0, 0.0], newton: vec![3.0, 2.0] }

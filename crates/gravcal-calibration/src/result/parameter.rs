@@ -17,7 +17,7 @@ pub struct ParameterResult {
     pub convention: Cow<'static, str>,
     /// Absent where undetermined.
     pub value: Option<f64>,
-    /// Standard deviation; 0 where the value is fixed.
+    /// Standard deviation; 0 where the value is fixed. Cautious where few residuals tell the noise: `ci95` may then be narrower than it suggests.
     pub std: Option<f64>,
     /// 95 % interval.
     pub ci95: Option<[f64; 2]>,

@@ -23,14 +23,14 @@
 //! always gives Student's intervals, and why nothing is scaled by χ² on top. Without a loss and with stated noise
 //! intervals are normal.
 //!
-//! **Few residuals** tell the size of the noise badly, and by chance much too small: `ν s²/σ²` is distributed as χ² with ν degrees of freedom.
-//! Student's intervals allow for that; standard deviations that were found so are told larger by
+//! **Few residuals** may make the noise that was found from them ([`NoiseScale::Found`]) much too small by chance: `ν s²/σ²` is distributed as χ²
+//! with ν degrees of freedom. Student's intervals allow for that. A standard deviation does not, and is therefore multiplied by
 //!
 //! ```text
 //!     max(1, ½ √(ν/χ²_ν(P)))                χ²_ν(P): the quantile of probability P = 0.001
 //! ```
 //!
-//! so that one in 1,000 at most is below half of the right one: 5.6 times with ν = 3, 1.5 times with 8, no larger from 17 on.
+//! so that at most one in 1,000 is below half of the right one: by 5.6 with ν = 3, 1.5 with 8, 1 from 17 on. Intervals stay.
 
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
@@ -40,7 +40,7 @@ use super::projected::{Piece, Projected, sandwiched};
 use super::{Covariance, Quantile, Solution, StatisticsError, Uncertainty};
 use crate::Loss;
 
-/// How probable it may be that a standard deviation, found from the residuals, is told below half of the right one.
+/// Highest probability with which a standard deviation that was found from the residuals is told below half of the right one.
 const TOO_SMALL: f64 = 0.001;
 
 /// What is known of the size of the noise.
@@ -48,7 +48,7 @@ const TOO_SMALL: f64 = 0.001;
 pub enum NoiseScale {
     /// Stated before the residuals were seen: the covariance as it is, normal intervals.
     Stated,
-    /// Already found from these residuals: the covariance as it is but for what chance leaves open where they are few, Student's intervals.
+    /// Already found from these residuals: the covariance as it is, larger where they are few; Student's intervals.
     Found,
     /// Stated up to a common factor, which the residuals tell: the covariance is scaled by χ² over its degrees of freedom,
     /// Student's intervals.
@@ -71,7 +71,6 @@ impl Uncertainty {
             return Err(StatisticsError::NoFreedom { rows, rank });
         }
         let freedom = (rows - rank) as f64;
-        let quantile = Quantile::student(freedom);
         let covariance = if robust {
             of_m_estimator(solution)?
         } else {
@@ -81,19 +80,18 @@ impl Uncertainty {
                     let residuals = solution.problem.residuals(solution.values)?;
                     plain.scaled(residuals.iter().map(|r| r * r).sum::<f64>() / freedom)
                 }
-                NoiseScale::Found => {
-                    let larger = by_chance(freedom);
-                    return Ok(Uncertainty::with_quantile(plain.scaled(larger * larger), quantile.per(larger)));
-                }
-                NoiseScale::Stated => plain,
+                NoiseScale::Stated | NoiseScale::Found => plain,
             }
         };
-        Ok(Uncertainty::with_quantile(covariance, quantile))
+        // With a loss, too, the size of the noise is then known by these residuals alone.
+        let larger = if noise == NoiseScale::Found { cautious_factor(freedom) } else { 1.0 };
+        let quantile = Quantile::student(freedom).for_deviations_larger_by(larger);
+        Ok(Uncertainty::with_quantile(covariance.scaled(larger * larger), quantile))
     }
 }
 
-/// How much larger a standard deviation is told that was found with so many degrees of freedom, for what it may be too small by chance.
-fn by_chance(freedom: f64) -> f64 {
+/// By what a standard deviation is multiplied that was found with so many degrees of freedom, as chance may have made it too small.
+fn cautious_factor(freedom: f64) -> f64 {
     let smallest = |found: ChiSquared| 0.5 * (freedom / found.inverse_cdf(TOO_SMALL)).sqrt();
     ChiSquared::new(freedom).map_or(f64::INFINITY, smallest).max(1.0)
 }
@@ -176,7 +174,7 @@ mod tests {
         assert!(found.interval(0.0, &[(1, 1.0)])[1] > 1.6 * stated.interval(0.0, &[(1, 1.0)])[1]);
     }
 
-    /// The quantiles of χ² are those of printed tables.
+    /// Quantiles of χ² as printed: 0.0243 with 3 degrees of freedom, 0.857 with 8.
     #[test]
     fn deviations_that_few_residuals_tell_are_told_larger_and_their_intervals_stay() {
         let solved = fit(line(&[0.1, 1.3, 1.8, 3.4, 3.9]));
@@ -186,8 +184,19 @@ mod tests {
         assert!((larger - 0.5 * (3.0_f64 / 0.0243).sqrt()).abs() < 2e-3 * larger, "{larger}");
         let width = found.interval(0.0, &[(1, 1.0)])[1] / stated.covariance().std_of(&[(1, 1.0)]);
         assert!((width - 3.182_446_305).abs() < 1e-6, "{width}");
-        assert!((by_chance(8.0) - 0.5 * (8.0_f64 / 0.857).sqrt()).abs() < 1e-3);
-        assert_eq!([17.0, 100.0, 1e6].map(by_chance), [1.0; 3]);
+        assert!((cautious_factor(8.0) - 0.5 * (8.0_f64 / 0.857).sqrt()).abs() < 1e-3);
+        assert_eq!([17.0, 100.0, 1e6].map(cautious_factor), [1.0; 3]);
+    }
+
+    #[test]
+    fn deviations_with_a_loss_are_told_as_much_larger() {
+        let solved = fit_robustly(&[-0.5, 0.4, 0.1, -0.3, 0.2, 0.6, -0.6, 30.0], Loss::Huber(1.0));
+        let [stated, found] =
+            [NoiseScale::Stated, NoiseScale::Found].map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
+        let larger = found.covariance().std_of(&[(0, 1.0)]) / stated.covariance().std_of(&[(0, 1.0)]);
+        assert!((larger - cautious_factor(7.0)).abs() < 1e-12 && larger > 1.5, "{larger}");
+        let [of_stated, of_found] = [stated, found].map(|known| known.interval(0.0, &[(0, 1.0)])[1]);
+        assert!((of_found / of_stated - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -52,9 +52,9 @@ impl Quantile {
         Quantile { interval, cone: (degrees_of_freedom * exponent.exp_m1()).sqrt() }
     }
 
-    /// For a standard deviation that is told so many times larger: intervals and cones stay.
-    pub(super) fn per(self, larger: f64) -> Quantile {
-        Quantile { interval: self.interval / larger, cone: self.cone / larger }
+    /// For standard deviations that are told so many times larger: intervals and cones stay.
+    pub(super) fn for_deviations_larger_by(self, factor: f64) -> Quantile {
+        Quantile { interval: self.interval / factor, cone: self.cone / factor }
     }
 
     /// 95 % interval of a number.
