@@ -16,6 +16,7 @@
 //! | fit with noise | `solving/solve_from.rs` | a minimum, with the noise that no reading states |
 //! | images | `ends/symmetries/` | the one that is likelier, or as declared |
 //! | other starts | `solving/other_starts.rs`, `ends/other_ends.rs` | the likeliest end, and those that are about as likely |
+//! | end of the judge | `ends/of_judge.rs` | a place that does not hang on the method, where something is open |
 //! | rest, places nearby | `ends/resting.rs`, `ends/nearby.rs` | values that do not hang on where a fit ended; where readings say less |
 //! | profiles | `ends/profiles.rs` | how far values may be off where the problem is not linear |
 //! | uncertainty | `identifiability/uncertainty.rs`, `identifiability/widening.rs` | standard deviations |
@@ -75,10 +76,21 @@ pub fn solve(
 fn look_elsewhere(
     solved: Solved,
     session: &Session,
+    (readings, known): (&MeasurementSet, Option<&State>),
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     let judge = environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok());
     let by_judge = judge.as_ref().map(|judge| environment.by(judge.as_ref()));
+    let solved = match &by_judge {
+        Some(judge) if solved.is_minimum_of_all() && !solved.open(session).is_empty() => {
+            // What leads nowhere says nothing of the solution.
+            match solve(session, readings, known, judge) {
+                Ok(of_judge) => solved.or_end_of_judge(of_judge, session)?,
+                Err(_) => solved,
+            }
+        }
+        _ => solved,
+    };
     let environment = by_judge.as_ref().unwrap_or(environment);
     let solved = or_other_end(solved, session, environment)?;
     environment.report("judging what is determined");
@@ -97,7 +109,7 @@ pub(super) fn answer(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Answer, EstimateError> {
     let solved = solve(session, readings, known, environment)?;
-    let solved = look_elsewhere(solved, session, environment)?;
+    let solved = look_elsewhere(solved, session, (readings, known), environment)?;
     // What was stopped on its way explains the readings badly whatever the model.
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, origin) = solved.chosen_uncertainty(session, misfit, environment)?;

@@ -74,7 +74,7 @@ impl Solved {
     }
 
     /// Whether gravity or a parameter that is determined here lies beyond its errors from where it was.
-    fn has_moved_from(&self, session: &Session, before: &State) -> bool {
+    pub(super) fn has_moved_from(&self, session: &Session, before: &State) -> bool {
         let judgement = self.judge(session);
         let here = self.state(&State::nominal(session));
         let determined = session.parameters().into_iter().filter(|id| judgement.determines(*id));
@@ -87,7 +87,7 @@ impl Solved {
     }
 
     /// The free parameters that the readings leave open.
-    fn open(&self, session: &Session) -> Vec<ParameterId> {
+    pub(in crate::joint) fn open(&self, session: &Session) -> Vec<ParameterId> {
         let judgement = self.judge(session);
         let is_open = |id: &ParameterId| session.fixed(*id).is_none() && !judgement.determines(*id);
         session.parameters().into_iter().filter(is_open).collect()
