@@ -9,7 +9,7 @@
 //! ```
 //!
 //! `C`, `C_J`: − ln of the likelihood of both. Δ is 10 where what is determined is the same at both: the rest follows noise. Else it is ½, which the
-//! last digits of a solve decide, and the solution is kept beside the judge's end.
+//! last digits of a solve decide, and the solution is kept beside the judge's end where the readings do not rule it out.
 
 use gravcal_estimation::{Estimate, EvaluateError};
 use gravcal_identification::{DECISIVE, IMPLAUSIBLE, UNSETTLED};
@@ -40,7 +40,7 @@ impl Solved {
             return Ok(self);
         }
         of_judge.elsewhere.extend((is_another && apart > -IMPLAUSIBLE).then_some(here));
-        // The way is told in the unknowns that the solution has.
+        // Iterations of a problem with other unknowns cannot be told beside this solution.
         if of_judge.built.problem.columns().len() != self.built.problem.columns().len() {
             return Ok(of_judge);
         }

@@ -16,7 +16,6 @@
 
 use gravcal_estimation::{Estimate, Problem, Reference, Values};
 use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment, as_of_one_direction};
-use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
 
@@ -86,13 +85,6 @@ impl Solved {
         gravity_moved || moved.any(|(apart, std)| beyond(apart, std))
     }
 
-    /// The free parameters that the readings leave open.
-    pub(in crate::joint) fn open(&self, session: &Session) -> Vec<ParameterId> {
-        let judgement = self.judge(session);
-        let is_open = |id: &ParameterId| session.fixed(*id).is_none() && !judgement.determines(*id);
-        session.parameters().into_iter().filter(is_open).collect()
-    }
-
     /// `x_k`, and ½ χ² there.
     fn where_it_rests(
         &self,
@@ -139,7 +131,7 @@ fn to_the_end(problem: &Problem, start: &Values, environment: &SolveEnvironment<
 
 #[cfg(test)]
 mod tests {
-    use gravcal_robot_model::parameter::SensorParameter;
+    use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 
     use super::*;
     use crate::joint::{Signals, select, solve};

@@ -47,6 +47,13 @@ impl Solved {
         judgement
     }
 
+    /// The free parameters that the readings leave open.
+    pub(in crate::joint) fn open(&self, session: &Session) -> Vec<ParameterId> {
+        let judgement = self.judge(session);
+        let is_open = |id: &ParameterId| session.fixed(*id).is_none() && !judgement.determines(*id);
+        session.parameters().into_iter().filter(is_open).collect()
+    }
+
     /// What is determined, as it is told: nothing where too few degrees of freedom are left to tell the size of the noise.
     pub(in crate::joint) fn judge_for_report(&self, session: &Session) -> Judgement {
         let mut judgement = self.judge(session);
