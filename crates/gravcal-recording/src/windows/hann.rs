@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::clock::Recorded;
 use super::grid::Grid;
-use super::spline::Run;
+use super::spline::{Run, Splines};
 use super::weight::Weighing;
 use super::{FEWEST, MotionWindow, OVERLAP, WindowRule};
 use crate::conditions::Conditions;
@@ -17,6 +17,7 @@ use crate::static_pose::{Reading, StaticPose};
 /// Appends the windows of a run.
 pub(super) fn windows(
     recorded: &Recorded,
+    splines: &Splines,
     run: &Run,
     channels: &Channels,
     rule: &WindowRule,
@@ -26,7 +27,7 @@ pub(super) fn windows(
     let ([before, _], reach) = (rule.margins(), rule.reach());
     let (Some(begin), Some(end)) = (times.first(), times.last()) else { return };
     let signs: Vec<Vec<f64>> =
-        run.states.iter().zip(&rule.moving).map(|(states, moving)| signs(states, *moving)).collect();
+        (0..channels.joints).map(|joint| signs(&run.states[joint], rule.moving[joint], splines.noise[joint])).collect();
     let mut presliding: Vec<Option<Followed>> = run
         .states
         .iter()
@@ -53,18 +54,42 @@ struct Window<'a> {
     start: f64,
 }
 
-/// The sign of a joint's motion at each moment; where it does not move, that of the nearest moment at which it does: before it turns round and
-/// after, and until it stands. 0 of a joint that never moves.
-fn signs(states: &[[f64; 3]], moving: f64) -> Vec<f64> {
-    let moves: Vec<usize> = (0..states.len()).filter(|row| states[*row][1].abs() > moving).collect();
-    let mut nearest = 0;
-    let sign = |row: usize| {
-        while nearest + 1 < moves.len() && moves[nearest + 1].abs_diff(row) < moves[nearest].abs_diff(row) {
-            nearest += 1;
-        }
-        moves.get(nearest).map_or(0.0, |at| states[*at][1].signum())
-    };
-    (0..states.len()).map(sign).collect()
+/// The sign of a joint's motion at each moment. Where it is too slow to tell, that of the motion before until it has turned round, and of the
+/// motion after from there; before it first moves, of that motion. 0 of a joint that never moves. `noise`: of its position readings.
+fn signs(states: &[[f64; 3]], moving: f64, noise: f64) -> Vec<f64> {
+    let mut signs = vec![0.0; states.len()];
+    let mut latest: Option<usize> = None;
+    for (row, [_, velocity, _]) in states.iter().enumerate().filter(|(_, [_, velocity, _])| velocity.abs() > moving) {
+        let sign = velocity.signum();
+        let turned = match latest {
+            Some(latest) if signs[latest] != sign => {
+                let turned = turned(states, latest..row, signs[latest], noise);
+                let before = signs[latest];
+                signs[latest..turned].fill(before);
+                turned
+            }
+            Some(latest) => latest,
+            None => 0,
+        };
+        signs[turned..=row].fill(sign);
+        latest = Some(row);
+    }
+    if let Some(latest) = latest {
+        let after = signs[latest];
+        signs[latest..].fill(after);
+    }
+    signs
+}
+
+/// The first of some rows, between two that move, at which a joint that went one way goes the other: where it has gone farthest. Where it rests
+/// there, noise says which row that is, so it is the middle of those that noise does not tell apart.
+fn turned(states: &[[f64; 3]], rows: Range<usize>, before: f64, noise: f64) -> usize {
+    let way = |row: usize| before * states[row][0];
+    let farthest = rows.clone().map(way).fold(f64::NEG_INFINITY, f64::max);
+    let alike = |row: &usize| way(*row) >= farthest - noise;
+    let (first, last) = (rows.clone().find(alike), rows.clone().rfind(alike));
+    let middle = first.zip(last).map_or(rows.start, |(first, last)| usize::midpoint(first, last));
+    middle + usize::from(before * states[middle][1] > 0.0)
 }
 
 /// How far friction has built up over a run, kept as long as windows reach back.
@@ -208,5 +233,42 @@ impl Window<'_> {
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);
         (sum > 0.0).then_some(Weighed { rows, weights })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// It leaves its upper end faster than it comes to it: the middle of the slow rows is not where it turns.
+    #[test]
+    fn a_joint_turns_round_where_it_has_gone_farthest() {
+        let slow = [0.09, 0.01, 0.005, -0.03, -0.2];
+        let mut position = 0.0;
+        let states: Vec<[f64; 3]> = slow
+            .map(|velocity| {
+                position += 0.01 * velocity;
+                [position, velocity, 0.0]
+            })
+            .into();
+        assert_eq!(signs(&states, 0.05, 0.0), [1.0, 1.0, 1.0, -1.0, -1.0]);
+        let back: Vec<[f64; 3]> = states.iter().map(|state| state.map(|of| -of)).collect();
+        assert_eq!(signs(&back, 0.05, 0.0), [-1.0, -1.0, -1.0, 1.0, 1.0]);
+    }
+
+    /// It rests from the second row to the eighth, and noise of 1 mrad makes the seventh the farthest.
+    #[test]
+    fn a_joint_that_rests_turns_round_in_the_middle_of_its_rest() {
+        let positions = [0.0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1005, 0.1, 0.0];
+        let mut states: Vec<[f64; 3]> = positions.map(|position| [position, 0.0, 0.0]).into();
+        (states[0][1], states[8][1]) = (0.1, -0.1);
+        assert_eq!(signs(&states, 0.05, 1e-3), [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0]);
+    }
+
+    #[test]
+    fn a_joint_that_goes_on_has_one_sign_and_one_that_stands_has_none() {
+        let going: Vec<[f64; 3]> = [0.0, 0.1, -0.01, 0.1, 0.0].map(|velocity| [0.0, velocity, 0.0]).into();
+        assert_eq!(signs(&going, 0.05, 0.0), [1.0; 5]);
+        assert_eq!(signs(&[[1.0, 0.001, 0.0]; 3], 0.05, 0.0), [0.0; 3]);
     }
 }

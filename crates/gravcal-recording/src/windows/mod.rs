@@ -218,7 +218,7 @@ pub fn motion_windows(
         found: Vec::new(),
     };
     for run in &splines.runs {
-        hann::windows(&recorded, run, &reader.channels, rule, &mut windows.found);
+        hann::windows(&recorded, &splines, run, &reader.channels, rule, &mut windows.found);
     }
     if windows.found.is_empty() {
         return Err(ReadError::ShorterThanWindow {

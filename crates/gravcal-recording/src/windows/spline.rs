@@ -7,8 +7,10 @@
 //! ```
 //!
 //! What then is most likely is a smoothing spline of fifth degree (Wahba 1978). A Kalman filter forward and its adjoint backward (Bryson and Frazier) find it in
-//! time that grows with the number of samples, at any spacing; `λ` is the most likely one, `r` follows from it. Between two samples the spline is the polynomial of
-//! fifth degree through both states.
+//! time that grows with the number of samples, at any spacing. Between two samples the spline is the polynomial of fifth degree through both states.
+//!
+//! `λ` is the one that is most likely where the joint moves most, and `r` follows from it. A joint that stands is explained by the firmest spline, which
+//! would smooth away the motion that follows; a spline that is soft enough for that follows noise a little farther where the joint stands.
 //!
 //! Times are counted in median steps, so that all numbers of a state are of like size.
 
@@ -25,8 +27,11 @@ const FIRMEST: f64 = -14.0;
 const SOFTEST: f64 = 4.0;
 /// How often the interval is narrowed, to 0.02.
 const NARROWED: usize = 14;
-/// Samples that tell how firm.
-const TELLING: usize = 4000;
+/// Samples of a stretch, and of how many stretches the readings tell how firm.
+const STRETCH: usize = 500;
+const STRETCHES: usize = 8;
+/// Samples that say where a stretch starts, and nothing of how smooth it is.
+const STARTING: usize = 3;
 
 /// Position, velocity and acceleration at a moment, all joints.
 #[derive(Clone, Debug)]
@@ -54,9 +59,7 @@ pub(super) fn of_joints(recorded: &Recorded, least: f64) -> Splines {
     let mut noise = Vec::new();
     for joint in 0..recorded.joints {
         let series: Vec<Series> = runs.iter().map(|run| Series::new(recorded, &run.rows, joint, unit)).collect();
-        let informative = series.iter().max_by_key(|series| series.values.len());
-        let Some(informative) = informative else { continue };
-        let density = informative.most_likely();
+        let density = most_likely(&liveliest(&series));
         let (mut squares, mut count) = (0.0, 0.0);
         for (run, series) in runs.iter_mut().zip(&series) {
             let states = series.smooth(density);
@@ -104,6 +107,14 @@ struct Series {
     values: Vec<f64>,
 }
 
+/// Consecutive samples of a series.
+#[derive(Clone, Debug)]
+struct Stretch<'a> {
+    /// From each sample to the next, in steps.
+    steps: &'a [f64],
+    values: &'a [f64],
+}
+
 /// A sample that is predicted.
 struct Predicted {
     state: Vector3<f64>,
@@ -120,45 +131,12 @@ impl Series {
         }
     }
 
-    /// The most likely density of the jerk.
-    fn most_likely(&self) -> f64 {
-        let count = self.values.len().min(TELLING);
-        let worth = |logarithm: f64| self.minus_log_likelihood(10f64.powf(logarithm), count);
-        let (mut low, mut high) = (FIRMEST, SOFTEST);
-        let golden = 0.5 * (5f64.sqrt() - 1.0);
-        let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
-        let (mut of_a, mut of_b) = (worth(a), worth(b));
-        for _ in 0..NARROWED {
-            if of_a < of_b {
-                (high, b, of_b) = (b, a, of_a);
-                a = high - golden * (high - low);
-                of_a = worth(a);
-            } else {
-                (low, a, of_a) = (a, b, of_b);
-                b = low + golden * (high - low);
-                of_b = worth(b);
-            }
-        }
-        10f64.powf(0.5 * (low + high))
-    }
-
-    /// Of the first samples, at the most likely variance of a reading, but for constants.
-    fn minus_log_likelihood(&self, density: f64, count: usize) -> f64 {
-        let (mut squares, mut logarithms, mut innovations) = (0.0, 0.0, 0.0);
-        let mut filter = Predicted::first();
-        for (sample, value) in self.values[..count].iter().enumerate() {
-            if sample > 0 {
-                filter = filter.updated(self.values[sample - 1]).moved(self.steps[sample - 1], density);
-            }
-            // Three samples say where it starts, and nothing of how smooth it is.
-            if sample > 2 {
-                let variance = filter.covariance[(0, 0)] + 1.0;
-                squares += (value - filter.state[0]).powi(2) / variance;
-                logarithms += variance.ln();
-                innovations += 1.0;
-            }
-        }
-        innovations * f64::max(squares / f64::max(innovations, 1.0), f64::MIN_POSITIVE).ln() + logarithms
+    fn stretches(&self) -> impl Iterator<Item = Stretch<'_>> {
+        let all = (0..self.values.len()).step_by(STRETCH);
+        all.map(|first| {
+            let values = &self.values[first..(first + STRETCH).min(self.values.len())];
+            Stretch { steps: &self.steps[first..first + values.len() - 1], values }
+        })
     }
 
     /// The spline's states at all samples, per step.
@@ -181,6 +159,87 @@ impl Series {
             states[sample] = filter.state - filter.covariance * adjoint;
         }
         states
+    }
+}
+
+impl Stretch<'_> {
+    /// From the lowest reading to the highest.
+    fn range(&self) -> f64 {
+        let [low, high] = [f64::min, f64::max].map(|of| self.values.iter().copied().reduce(of).unwrap_or(0.0));
+        high - low
+    }
+
+    /// How badly each sample but the first is predicted from those before.
+    fn innovations(&self, density: f64) -> Innovations {
+        let mut found = Innovations::default();
+        let mut filter = Predicted::first();
+        for (sample, value) in self.values.iter().enumerate() {
+            if sample > 0 {
+                filter = filter.updated(self.values[sample - 1]).moved(self.steps[sample - 1], density);
+            }
+            if sample >= STARTING {
+                let variance = filter.covariance[(0, 0)] + 1.0;
+                found.squares += (value - filter.state[0]).powi(2) / variance;
+                found.logarithms += variance.ln();
+                found.count += 1.0;
+            }
+        }
+        found
+    }
+}
+
+/// The stretches of a joint in which it travels farthest.
+fn liveliest(series: &[Series]) -> Vec<Stretch<'_>> {
+    let mut stretches: Vec<Stretch<'_>> = series.iter().flat_map(Series::stretches).collect();
+    stretches.sort_by(|a, b| b.range().total_cmp(&a.range()));
+    stretches.truncate(STRETCHES);
+    stretches
+}
+
+/// The most likely density of the jerk.
+fn most_likely(stretches: &[Stretch<'_>]) -> f64 {
+    let worth = |logarithm: f64| Innovations::of(stretches, 10f64.powf(logarithm)).minus_log_likelihood();
+    let (mut low, mut high) = (FIRMEST, SOFTEST);
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut of_a, mut of_b) = (worth(a), worth(b));
+    for _ in 0..NARROWED {
+        if of_a < of_b {
+            (high, b, of_b) = (b, a, of_a);
+            a = high - golden * (high - low);
+            of_a = worth(a);
+        } else {
+            (low, a, of_a) = (a, b, of_b);
+            b = low + golden * (high - low);
+            of_b = worth(b);
+        }
+    }
+    10f64.powf(0.5 * (low + high))
+}
+
+/// How badly samples are predicted: squares by their variances, and the logarithms of these.
+#[derive(Clone, Copy, Debug, Default)]
+struct Innovations {
+    squares: f64,
+    logarithms: f64,
+    count: f64,
+}
+
+impl Innovations {
+    fn of(stretches: &[Stretch<'_>], density: f64) -> Innovations {
+        stretches.iter().map(|stretch| stretch.innovations(density)).fold(Innovations::default(), |sum, own| {
+            Innovations {
+                squares: sum.squares + own.squares,
+                logarithms: sum.logarithms + own.logarithms,
+                count: sum.count + own.count,
+            }
+        })
+    }
+
+    /// At the most likely variance of a reading, but for constants.
+    fn minus_log_likelihood(self) -> f64 {
+        let Innovations { squares, logarithms, count } = self;
+        count * f64::max(squares / f64::max(count, 1.0), f64::MIN_POSITIVE).ln() + logarithms
     }
 }
 
@@ -215,4 +274,28 @@ fn wander(step: f64) -> Matrix3<f64> {
     let (a, b, c) = (power(5) / 20.0, power(4) / 8.0, power(3) / 6.0);
     let (d, e) = (power(3) / 3.0, power(2) / 2.0);
     Matrix3::new(a, b, c, b, d, e, c, e, step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A joint that stands for twice as many samples as tell how firm a spline is, and then moves: 1 rad, six times a hundred samples, read to 0.1 mrad.
+    #[test]
+    fn motion_after_a_long_standstill_is_followed() {
+        let standing = 2 * STRETCH * STRETCHES;
+        let truth = |sample: usize| f64::sin(0.06 * sample.saturating_sub(standing) as f64);
+        let noise = |sample: usize| 1e-4 * f64::sin(37.0 * (sample * sample) as f64);
+        let count = standing + 1500;
+        let series = Series {
+            steps: vec![1.0; count - 1],
+            values: (0..count).map(|sample| truth(sample) + noise(sample)).collect(),
+        };
+        let density = most_likely(&liveliest(std::slice::from_ref(&series)));
+        let states = series.smooth(density);
+        let apart =
+            states.iter().enumerate().skip(standing + 20).map(|(sample, state)| (state[0] - truth(sample)).abs());
+        let largest = apart.take(1460).fold(0.0, f64::max);
+        assert!(largest < 3e-4, "{largest}");
+    }
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use gravcal_estimation::in_parallel;
 use gravcal_estimation::statistics::ResidualMaker;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::candidate::{Candidate, SIGNIFICANCE, Tested, correct, next, weights};
@@ -226,9 +227,16 @@ impl Search<'_> {
                     (Term::Compliance, true) => in_fit(self.solved.bending(*channel))?,
                     _ => score(maker, rows, neighbours, left)?,
                 };
-                Some(self.report(*channel, term, scored))
+                let is_it = *term != Term::Presliding || self.opposes_motion(*channel, &scored.coefficients);
+                is_it.then(|| self.report(*channel, term, scored))
             }
         }
+    }
+
+    /// Whether what goes with a joint's motion is a friction: it takes a torque of the motion's sign, which the sensor reads by its gain.
+    fn opposes_motion(&self, joint: usize, coefficients: &[f64]) -> bool {
+        let gain = self.session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
+        coefficients.iter().all(|size| size * gain > 0.0)
     }
 
     /// Whether friction that is left at rest is among the errors that standard deviations of the channel allow for.

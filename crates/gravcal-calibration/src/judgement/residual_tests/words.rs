@@ -28,7 +28,7 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         .chain(of_compliance(session, &of_kind(&ResidualTestKind::Compliance)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueLag)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueFilter)))
-        .chain(of_neighbours(&of_kind(&ResidualTestKind::Neighbours)))
+        .chain(of_neighbours(session, &of_kind(&ResidualTestKind::Neighbours)))
         .chain(tests.iter().any(drifts).then(|| OTHERS_DRIFT.to_owned()))
         .collect()
 }
@@ -94,7 +94,7 @@ fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
     ))
 }
 
-fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
+fn of_neighbours(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
     let correlation = if tests.len() > 1 { format!("{least:.2} to {most:.2}") } else { format!("{most:.2}") };
     let consequence = match tests.iter().any(|test| test.spoils_intervals) {
@@ -103,6 +103,13 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
         }
         false => "Intervals are hardly touched by it, or already allow for it.",
     };
+    if session.has_windows() {
+        return Some(format!(
+            "The residuals of {channels} are alike in neighbouring windows (correlation {correlation}), as windows overlap and what the model \
+             lacks lasts longer. ({}, all tests counted.) {consequence}",
+            chance(p)
+        ));
+    }
     Some(format!(
         "The residuals of {channels} are alike in neighbouring poses (correlation {correlation}): errors are not noise, and more poses nearby tell \
          less than they seem to. ({}, all tests counted.) {consequence} Visit poses in another order, far from each other.",
@@ -121,12 +128,20 @@ fn of_recorder(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
         (low, high) if low == high => low,
         (low, high) => format!("{low} to {high}"),
     };
+    let spoilt = tests.iter().any(|test| test.spoils_intervals);
     let allowed = session.searched.iter().find_map(|searched| searched.windows.as_ref());
     let (what, cure) = match tests.first()?.kind {
         ResidualTestKind::TorqueLag => {
             let lag = significant(allowed.map_or(0.0, |windows| windows.torque_lag) + middle, 2);
             (
-                format!("The torques of {channels} come {} s later than the positions.", range(&|lag| lag)),
+                match middle < 0.0 {
+                    false => {
+                        format!("The torques of {channels} come {} s later than the positions.", range(&|lag| lag))
+                    }
+                    true => {
+                        format!("The torques of {channels} come {} s earlier than the positions.", range(&|lag| -lag))
+                    }
+                },
                 format!(
                     "Look at how the recorder stamps them. If all joints show about as much, say torque_lag_s = {lag} in readings.motion; \
                      if only some do, it is friction that changes its sign late, or a gear that gives way."
@@ -143,11 +158,11 @@ fn of_recorder(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
             (format!("{what} of {} Hz.", range(&cut_off)), of_filter(allowed.unwrap_or(0.0) + middle))
         }
     };
-    let consequence = match tests.iter().any(|test| test.spoils_intervals) {
-        true => WIDENED,
-        false => "It is real but small beside the noise, and changes no verdict.",
-    };
-    Some(format!("{what} ({}, all tests counted.) {consequence} {cure}", chance(p)))
+    let said = format!("{what} ({}, all tests counted.)", chance(p));
+    Some(match spoilt {
+        true => format!("{said} {WIDENED} {cure}"),
+        false => format!("{said} It is real but small beside the noise, and changes no verdict."),
+    })
 }
 
 /// What to do about a filter of which so much is seen in all, s².
@@ -158,8 +173,8 @@ fn of_filter(in_all: f64) -> String {
             significant(cut_off(in_all), 2)
         );
     }
-    "Positions were filtered before they were recorded, or their clock is wrong: record both raw, or take longer windows (window_s in \
-     readings.motion)."
+    "Positions were filtered before they were recorded, or are so noisy or coarse that smoothing them takes motion away, or their clock is wrong: \
+     record both raw, or take longer windows (window_s in readings.motion)."
         .into()
 }
 
@@ -178,6 +193,9 @@ fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     // What gives way moves instruments, which only deflections of unknown cause can say.
     let cure = match session.instruments.is_empty() {
         true if in_fit => "Heavier loads tell it from position gains.".into(),
+        true if session.has_windows() => {
+            "Only standstills tell how joints give way: record them (readings.still), and calibrate them by themselves with [deflection].".into()
+        }
         true => format!("Estimate it: [deflection] compliance_std_rad_per_newton_metre = {most:.0e}."),
         false => "Allow for it: [deflection] hold_std_deg, by how much a standing joint bends.".into(),
     };
@@ -204,7 +222,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residual of {channel} drifts by {size} {unit} within each table: its zero creeps, and is read anew between them."),
             "Let the sensor warm up before it is read, and visit some poses twice in each table: at its beginning and its end.".into(),
         ),
-        ResidualTestKind::Neighbours => return of_neighbours(&[test]).unwrap_or_default(),
+        ResidualTestKind::Neighbours => return of_neighbours(session, &[test]).unwrap_or_default(),
         ResidualTestKind::Direction => return of_direction(&[test]).unwrap_or_default(),
         ResidualTestKind::Compliance => return of_compliance(session, &[test]).unwrap_or_default(),
         ResidualTestKind::TorqueLag | ResidualTestKind::TorqueFilter => return of_recorder(session, &[test]).unwrap_or_default(),
