@@ -9,9 +9,13 @@
 //! where poses are random, turns `c` into an error of its position gain; one that always rises turns it into a bias. As an unknown it is
 //! told from both where the readings tell it, and widens their intervals where they do not. Its prior is zero give or take
 //! `2 √v`, with `v` the variance of the errors that were found without it: these scatter by `f σ_ρ` at least, and the mean of what is left is
-//! at most about twice its spread. Of joints whose errors noise may explain by chance there is no such unknown.
+//! at most about twice its spread. Where noise may explain by chance the errors of all joints there is no such unknown.
 //!
-//! Where nobody knows from which side a joint came, as at the beginning of each recording, `c` is an error of either sign of that reading.
+//! Where nobody knows from which side a joint came, as at the beginning of each recording, `c` is an error of either sign of that reading; of a joint
+//! that never slides, of all of them alike.
+//!
+//! A joint that comes to each angle from one side only, or never slides, shows no errors at all: `c` is in its bias, gain and gravity. So where one
+//! joint shows friction, every other is taken to have at least as much as the nearest of its kind that does, and its readings tell what they can of it.
 //!
 //! Adding `c`'s effect to the covariance instead would widen intervals and leave errors as large as they were: `c` would not be told.
 
@@ -54,12 +58,18 @@ impl MeasurementSet {
             return None;
         }
         let estimated = session.terms.with_friction();
-        let has = |joint: &usize| !estimated.contains(joint) && Sides::of(session, *joint).is_some();
-        let std = |joint: usize| match has(&joint) && self.errs_beyond_chance(session, joint) {
+        let sides = |joint: usize| Sides::of(session, joint).filter(|_| !estimated.contains(&joint));
+        let shown = |joint: usize| match sides(joint).is_some() && self.errs_beyond_chance(session, joint) {
             true => LEAN * self.unexplained[joint].sqrt(),
             false => 0.0,
         };
-        let at_rest: Vec<f64> = (0..session.joints.len()).map(std).collect();
+        let shown: Vec<f64> = (0..session.joints.len()).map(shown).collect();
+        let std = |joint: usize| match sides(joint) {
+            // Its own errors are what its other parameters leave of it: that may be little.
+            Some(_) => shown[joint].max(of_nearest(session, &shown, joint)),
+            None => 0.0,
+        };
+        let at_rest: Vec<f64> = (0..shown.len()).map(std).collect();
         at_rest.iter().any(|std| *std > 0.0).then(|| MeasurementSet { at_rest, ..self.clone() })
     }
 
@@ -76,6 +86,17 @@ impl MeasurementSet {
         let std = self.at_rest.get(id.channel).copied().unwrap_or(0.0);
         if std > 0.0 && side(session, id) == Some(0.0) { std * std } else { 0.0 }
     }
+}
+
+/// What the nearest other joint of the same kind shows, of two the larger, in the unit of this one's readings; zero where none shows anything.
+fn of_nearest(session: &Session, shown: &[f64], joint: usize) -> f64 {
+    let chain = session.robot.chain.joints();
+    let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
+    let shows = |other: &usize| *other != joint && shown[*other] > 0.0 && chain[*other].kind == chain[joint].kind;
+    let others = (0..shown.len()).filter(shows);
+    let torques = others.map(|other| (other.abs_diff(joint), shown[other] / gain(other)));
+    let nearest = torques.min_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    nearest.map_or(0.0, |(_, torque)| torque * gain(joint))
 }
 
 /// Adds the unknown of the joints that have one, from where `start` has it.
@@ -161,7 +182,7 @@ impl Solved {
         (both[0] > (1.0 + REMARKABLE).powi(2) * alone).then(|| {
             let name = &session.robot.chain.joints()[joint].name;
             format!(
-                "{name} was approached from one side in {:.0} % of its standstills, and its readings scatter beyond their noise: {} cannot be \
+                "{name} was approached from one side in {:.0} % of its standstills, and the arm has friction: {} cannot be \
                  separated from static friction, and its interval includes that (± {:.2e} {}). Approach the same poses from both sides.",
                 100.0 * sides.larger_share(),
                 SensorParameter::TorqueBias.name(name),
@@ -173,12 +194,15 @@ impl Solved {
 }
 
 /// From which side the joint whose torque is read came to a standstill that was found in a recording: 0 where nobody knows, nothing of
-/// any other pose.
+/// any other pose. One that never slides has the same friction always: as from below.
 fn side(session: &Session, id: ReadingId) -> Option<f64> {
-    let pose = &session.poses[id.pose];
-    let side = pose.conditions.direction.get(id.channel)?;
-    let stands = pose.sweep_label.is_none() && session.reading(id).is_some();
-    stands.then(|| if *side == 0.0 { 0.0 } else { side.signum() })
+    let of_pose = |pose: usize| {
+        let side = session.poses[pose].conditions.direction.get(id.channel)?;
+        let stands = session.poses[pose].sweep_label.is_none() && session.reading(ReadingId { pose, ..id }).is_some();
+        stands.then(|| if *side == 0.0 { 0.0 } else { side.signum() })
+    };
+    let slides = || (0..session.poses.len()).filter_map(of_pose).any(|side| side != 0.0);
+    of_pose(id.pose).map(|side| if side == 0.0 && !slides() { 1.0 } else { side })
 }
 
 /// From which sides a joint came.
@@ -252,8 +276,8 @@ mod tests {
         let session = standing(|pose, joint| if pose < known[joint] { 1.0 } else { 0.0 });
         let readings = with_errors(&session, [0.49, 0.49, 1e-6]);
         let with = readings.with_friction_at_rest(&session).unwrap();
-        // Two standard deviations of the errors; the second joint's sides are not known, the third's errors are noise.
-        assert_eq!(with.at_rest, [2.0 * 0.7, 0.0, 0.0]);
+        // Two standard deviations of the errors; the second joint's sides are too few, the third's errors are noise: it has the first one's friction.
+        assert_eq!(with.at_rest, [2.0 * 0.7, 0.0, 2.0 * 0.7]);
         assert!(with.with_friction_at_rest(&session).is_none(), "it is looked for once");
         assert!(with_errors(&session, [0.0; 3]).with_friction_at_rest(&session).is_none());
         let of_tables = Session { searched: Vec::new(), ..session };
@@ -269,6 +293,28 @@ mod tests {
         let mut tables = session.clone();
         tables.poses[1].conditions.direction.clear();
         assert_eq!(readings.of_unknown_side(&tables, ReadingId { pose: 1, channel: 0 }), 0.0);
+    }
+
+    /// In torque, as gains differ.
+    #[test]
+    fn a_joint_that_shows_nothing_has_the_friction_of_the_nearest_that_does() {
+        let mut session = sarcos_shoulder().session(0);
+        for (joint, gain) in [10.0, -100.0, 1.0].into_iter().enumerate() {
+            session.joints[joint].parameters[SensorParameter::TorqueGain as usize].nominal = gain;
+        }
+        assert_eq!(of_nearest(&session, &[2.0, 7.0, 0.5], 1), 50.0);
+        assert_eq!(of_nearest(&session, &[2.0, 30.0, 0.0], 2), 0.3);
+        assert_eq!(of_nearest(&session, &[0.0; 3], 1), 0.0);
+    }
+
+    /// Its friction is the same in all of its poses.
+    #[test]
+    fn a_joint_that_never_slides_has_one_side() {
+        let session = standing(|_, joint| if joint == 0 { 0.0 } else { 1.0 });
+        let sides = Sides::of(&session, 0).unwrap();
+        assert_eq!((sides.rising, sides.all), (session.poses.len(), session.poses.len()));
+        let readings = MeasurementSet { at_rest: vec![1.5, 0.0, 0.0], ..select(&session, Signals::All) };
+        assert_eq!(readings.of_unknown_side(&session, ReadingId { pose: 3, channel: 0 }), 0.0);
     }
 
     /// Friction of the first joint with a prior of this standard deviation, as the readings alone tell it.
