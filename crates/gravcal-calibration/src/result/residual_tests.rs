@@ -84,6 +84,22 @@ pub enum ResidualTestKind {
         /// Its name.
         load: String,
     },
+    /// The gain of a torque sensor that is another in another table.
+    TorqueGain {
+        /// The file that is farthest off.
+        file: String,
+    },
+    /// The gain of a torque sensor that drifts with time, or from pose to pose where no time is known.
+    TorqueGainTrend,
+    /// A torque reading that goes with the square or cube of its torque.
+    TorquePowers,
+    /// A torque reading that goes with torques of other joints.
+    Crosstalk {
+        /// The joint whose torque shows most.
+        joint: String,
+    },
+    /// Friction of an arm in motion that grows with the joint's torque.
+    LoadFriction,
     /// The zero of a position sensor that is another in another table.
     PositionOffset {
         /// The file that is farthest off.
@@ -114,6 +130,11 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Gravity { file } => write!(f, "gravity ({file})"),
             ResidualTestKind::LoadMass { load } => write!(f, "mass of load {load}"),
             ResidualTestKind::LoadPlacement { load } => write!(f, "place of load {load}"),
+            ResidualTestKind::TorqueGain { file } => write!(f, "torque gain ({file})"),
+            ResidualTestKind::TorqueGainTrend => f.write_str("torque gain trend"),
+            ResidualTestKind::TorquePowers => f.write_str("torque powers"),
+            ResidualTestKind::Crosstalk { joint } => write!(f, "crosstalk ({joint})"),
+            ResidualTestKind::LoadFriction => f.write_str("friction by load"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),
         }

@@ -141,11 +141,13 @@ fn held(simulation: &Simulation, session: &Session, result: &EstimatorResult) ->
 
 /// Of so many random robots all that is asked for is determined, and about 95 % of the intervals hold.
 fn assert_intervals_hold(robots: u64, change: impl Fn(u64) -> (Simulation, Session)) {
-    let mut counts = [0, 0];
+    let (mut counts, mut doubted) = ([0, 0], 0);
     for seed in 0..robots {
         let (simulation, session) = change(seed);
         let result = estimate(&session);
-        assert_eq!(result.verdict, Verdict::Determined, "{seed}: {:?}", result.undetermined);
+        // By chance a test on residuals names something in one of a hundred.
+        doubted += usize::from(result.verdict != Verdict::Determined);
+        assert!(doubted <= 1, "{seed}: {:?} {:?}", result.undetermined, result.notes);
         let [good, all] = held(&simulation, &session, &result);
         counts = [counts[0] + good, counts[1] + all];
     }

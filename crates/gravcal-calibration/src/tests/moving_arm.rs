@@ -141,6 +141,8 @@ struct Recording {
     filter: Option<f64>,
     /// Rotor inertia of each joint, kg·m².
     rotors: [f64; 3],
+    /// Share of its torque by which the friction of the shoulder grows.
+    load_friction: f64,
 }
 
 /// How far along its way an arm is that stops, the speed along it and the acceleration, s, 1, 1/s.
@@ -162,7 +164,7 @@ impl Recording {
 }
 
 fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
-    let Recording { seed, stops, lag, filter, rotors } = recording;
+    let Recording { seed, stops, lag, filter, rotors, load_friction } = recording;
     let mut random = Pcg64::seed_from_u64(1000 * seed + u64::from(loaded));
     let mut rows: Vec<[f64; 7]> = Vec::new();
     let (parameters, mut dynamics) = (bodies(chain, loaded), InverseDynamics::new(chain));
@@ -182,7 +184,8 @@ fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
         let torques = [0, 1, 2].map(|j| {
             let [gain, bias, position_gain, _, coulomb, viscous] = TRUTH[j];
             let speed = velocities[j] / position_gain;
-            gain * dynamics.torque[j] + bias + coulomb * states[j][3] + viscous * speed + noise(NOISE)
+            let of_load = if j == 1 { load_friction * dynamics.torque[j].abs() } else { 0.0 };
+            gain * dynamics.torque[j] + bias + (coulomb + of_load) * states[j][3] + viscous * speed + noise(NOISE)
         });
         let ([q1, q2, q3], [tau1, tau2, tau3]) = (positions, torques);
         rows.push([t, q1, q2, q3, tau1, tau2, tau3]);
@@ -399,6 +402,18 @@ fn a_filter_of_all_torques_is_found_by_its_cut_off() {
     assert!((1.7..2.1).contains(&said.parse::<f64>().unwrap()), "{again}");
     let result = saying("2.0");
     assert!(!result.residual_tests.iter().any(|test| of_filter(&test)), "{:?}", result.notes);
+}
+
+#[test]
+fn friction_that_grows_with_the_torque_is_named_with_its_share() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = Recording { seed: 1, load_friction: 0.04, ..Recording::default() };
+    let result = estimated(&recorded(folder.path(), recording, SESSION));
+    let named = |test: &&ResidualTest| test.named && test.kind == ResidualTestKind::LoadFriction;
+    let first = result.residual_tests.iter().find(named).unwrap_or_else(|| panic!("{:?}", result.notes));
+    // Of the reading, whose gain is 1.05.
+    assert!(first.channel == "shoulder" && (first.size / (4.0 / 1.05) - 1.0).abs() < 0.3, "{first:?}");
+    assert!(first.spoils_intervals && first.unit == "%", "{first:?}");
 }
 
 /// Of an arm in motion neither gravity alone nor gravity with friction predicts what the whole dynamics predict.

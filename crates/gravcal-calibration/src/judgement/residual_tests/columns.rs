@@ -10,6 +10,7 @@ use nalgebra::Vector3;
 
 use super::delayed;
 use super::loads::{StatedLoad, stated_loads};
+use super::of_torque::PredictedTorques;
 use super::rows::ReadingRow;
 use crate::joint::Solved;
 
@@ -19,9 +20,11 @@ pub const ALL_JOINTS: &str = "all joints";
 const ORDERS: std::ops::RangeInclusive<u32> = 1..=4;
 /// Step by which the slope over a coordinate is taken, rad.
 const STEP: f64 = 1e-4;
-/// More tables are not compared: by a bias of each; by gravity and zeros of encoders, which change between recordings and not between sweeps.
+/// More tables are not compared: by a bias of each; by gains, gravity and zeros of encoders, which change between recordings and not between sweeps.
 const MOST_TABLES: usize = 40;
 const MOST_RECORDINGS: usize = 6;
+/// Powers of the torque that a reading may go with.
+const POWERS: [i32; 2] = [2, 3];
 /// Rows of a table that can be told to drift.
 const DRIFTING: usize = 4;
 /// Travel over which friction is taken to build up where that is looked for, rad or m: that of most gears.
@@ -43,6 +46,16 @@ pub enum Term {
     TorqueLag,
     TorqueFilter,
     Tables,
+    /// In share of the gain.
+    TorqueGains,
+    /// In share of the gain.
+    TorqueGainTrend,
+    /// In the unit of the reading, at the largest.
+    TorquePowers,
+    /// Of all other joints that are read, in the unit of the reading for each N·m.
+    Crosstalk,
+    /// Of an arm in motion, in share of the reading.
+    LoadFriction,
     /// Of a joint's coordinate.
     PositionOffsets,
     /// Of all channels: two coefficients for each table but the first, rad about axes perpendicular to gravity.
@@ -68,6 +81,7 @@ pub struct Columns<'a> {
     loads: Vec<StatedLoad>,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
+    predicted: PredictedTorques,
     /// By pose, when it was read, s; nothing where any pose does not tell.
     times: Option<Vec<f64>>,
     /// By row, where the arm moves.
@@ -103,6 +117,7 @@ impl<'a> Columns<'a> {
             turned_gravity: Default::default(),
             loads: stated_loads(session, solved, rows)?,
             torques,
+            predicted: PredictedTorques::new(session, solved)?,
             times,
             predictions,
         };
@@ -120,11 +135,12 @@ impl<'a> Columns<'a> {
                 terms.extend(ORDERS.map(Term::TorqueHarmonic));
             }
             terms.extend([Term::Velocity, Term::Acceleration, Term::Direction]);
+            terms.extend([Term::TorqueGains, Term::TorqueGainTrend, Term::TorquePowers, Term::Crosstalk]);
             if self.may_build_up(channel) {
                 terms.push(Term::Presliding);
             }
             if !self.predictions.is_empty() {
-                terms.extend([Term::TorqueLag, Term::TorqueFilter]);
+                terms.extend([Term::TorqueLag, Term::TorqueFilter, Term::LoadFriction]);
             }
         }
         terms
@@ -172,6 +188,21 @@ impl<'a> Columns<'a> {
             Term::Tables => self.apart(&self.tables(channel), MOST_TABLES, |within| {
                 vec![self.reading(channel, |pose| f64::from(within(pose)))]
             }),
+            Term::TorqueGains => self.apart(&self.tables(channel), MOST_RECORDINGS, |within| {
+                vec![self.reading(channel, |pose| f64::from(within(pose)) * self.predicted.reading(pose, channel))]
+            }),
+            Term::TorqueGainTrend => vec![self.times_reading(channel, self.trend(channel, |_| 0))],
+            Term::TorquePowers => {
+                POWERS.map(|power| self.reading(channel, |pose| self.predicted.power(pose, channel, power))).into()
+            }
+            Term::Crosstalk => {
+                let others = self.others(channel).into_iter();
+                others.map(|other| self.reading(channel, |pose| self.predicted.torque(pose, other))).collect()
+            }
+            Term::LoadFriction => {
+                let of_load = |pose: usize| self.predicted.reading(pose, channel).abs();
+                vec![self.condition(channel, |pose| &pose.conditions.direction, of_load)]
+            }
             Term::PositionOffsets => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
                 vec![self.coordinate(channel, |pose| f64::from(within(pose)))]
             }),
@@ -189,9 +220,9 @@ impl<'a> Columns<'a> {
                 })
                 .into(),
             Term::Compliance => vec![self.coordinate(channel, |pose| self.torques[pose][channel])],
-            Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity)],
-            Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration)],
-            Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction)],
+            Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity, |_| 1.0)],
+            Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration, |_| 1.0)],
+            Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction, |_| 1.0)],
             Term::Presliding => vec![self.reading(channel, |pose| self.not_built_up(channel, pose))],
             Term::TorqueLag => vec![self.of_slopes(channel, |[slope, _]| -slope)],
             Term::TorqueFilter => vec![self.of_slopes(channel, |[_, bend]| bend)],
@@ -210,11 +241,17 @@ impl<'a> Columns<'a> {
         weighted_sum(&columns, coefficients, self.rows)
     }
 
-    /// Columns of a term as a model of it has it: a zero that drifts was at the beginning what the bias says.
+    /// Joints whose torques may show in the reading of a channel.
+    pub fn others(&self, channel: usize) -> Vec<usize> {
+        self.predicted.others(channel)
+    }
+
+    /// Columns of a term as a model of it has it: what drifts was at the beginning what the parameter says.
     fn lacked(&self, channel: usize, term: &Term) -> Vec<Vec<f64>> {
         match term {
             Term::Trend => vec![self.time_since(channel, |_| 0)],
             Term::TrendInTables => vec![self.time_since(channel, |pose| self.session.poses[pose].table)],
+            Term::TorqueGainTrend => vec![self.times_reading(channel, self.time_since(channel, |_| 0))],
             _ => self.of(channel, term),
         }
     }
@@ -285,8 +322,18 @@ impl<'a> Columns<'a> {
         self.session.joints[joint].of(SensorParameter::PositionGain).nominal * self.session.poses[pose].position[joint]
     }
 
-    fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>) -> Vec<f64> {
-        self.reading(joint, |pose| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0))
+    /// A condition of a joint, times what it acts on; zero where it is not known.
+    fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>, acts_on: impl Fn(usize) -> f64) -> Vec<f64> {
+        let own = |pose: usize| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0);
+        self.reading(joint, |pose| own(pose) * acts_on(pose))
+    }
+
+    /// A column of a joint's readings, each times what its torque makes of it.
+    fn times_reading(&self, joint: usize, mut column: Vec<f64>) -> Vec<f64> {
+        for ReadingRow { row, pose, .. } in &self.readings[joint] {
+            column[*row] *= self.predicted.reading(*pose, joint);
+        }
+        column
     }
 
     /// What a friction of one that builds up over [`TRAVEL`] is less than one that is there at once; nothing where that is not known.

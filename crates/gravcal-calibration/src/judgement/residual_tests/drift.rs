@@ -1,4 +1,4 @@
-//! Zeros that drift: together, and beside one that is named.
+//! What seldom happens to one sensor alone: together, and beside one that is named.
 //!
 //! An arm that warms up lets all zeros drift, each too little to be named. So the joints' own tests of a trend, p-values `p_j`, are combined,
 //!
@@ -8,7 +8,8 @@
 //!
 //! (Fisher, *Statistical Methods for Research Workers*, 4th edition, 1932, section 21.1): each knows how well its joint's noise is known, which
 //! an F test of all trends does not. And where a zero drifts, by a trend that is named, others may: the intervals of each other channel allow for a trend
-//! as large as `√(a² + σ_a²)`, with the trend `a` that its own residuals show, and its standard deviation.
+//! as large as `√(a² + σ_a²)`, with the trend `a` that its own residuals show, and its standard deviation. So they do where a gain drifts, or a gain or
+//! the zero of a position sensor is another in another table: what warms one sensor warms others, and who homes one joint anew homes others.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -25,12 +26,17 @@ pub fn drift_of_joint(candidate: &Candidate, joints: usize) -> Option<usize> {
     }
 }
 
-/// The channels whose zero drifts where a candidate is so.
-pub fn drifting(candidate: &Candidate, joints: usize) -> Vec<usize> {
+/// What other channels may have where a candidate is so, and the channels in which it is known.
+pub fn not_alone(candidate: &Candidate, joints: usize) -> Option<(Term, Vec<usize>)> {
+    use Term::{PositionOffsets, TorqueGainTrend, TorqueGains, Trend, TrendInTables};
     match candidate {
-        Candidate::Term(channel, Term::Trend | Term::TrendInTables) => vec![*channel],
-        Candidate::DriftOfAll => (0..joints).collect(),
-        _ => Vec::new(),
+        Candidate::Term(channel, Trend | TrendInTables) => Some((Trend, vec![*channel])),
+        Candidate::DriftOfAll => Some((Trend, (0..joints).collect())),
+        Candidate::Term(joint, term @ (TorqueGains | TorqueGainTrend | PositionOffsets)) => {
+            Some((term.clone(), vec![*joint]))
+        }
+        Candidate::Together(term @ (TorqueGains | TorqueGainTrend)) => Some((term.clone(), (0..joints).collect())),
+        _ => None,
     }
 }
 
@@ -43,7 +49,7 @@ pub fn drift_of_all(found: &[Tested], joints: usize) -> Option<Tested> {
     let (sum, freedom, p_value) = combined(own().map(|(_, tested)| tested.test.p_value))?;
     let (_, largest) = own().max_by(|(_, a), (_, b)| a.test.size.abs().total_cmp(&b.test.size.abs()))?;
     let mut coefficients = vec![0.0; joints];
-    own().for_each(|(joint, tested)| coefficients[joint] = with_error(tested));
+    own().for_each(|(joint, tested)| coefficients[joint] = with_errors(tested)[0]);
     let test = ResidualTest {
         channel: ALL_JOINTS.into(),
         statistic: sum / freedom,
@@ -65,8 +71,9 @@ pub fn combined(p_values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64
     Some((sum, freedom, ChiSquared::new(freedom).ok()?.sf(sum)))
 }
 
-/// `√(a² + σ_a²)` with the sign of `a`; the statistic of a single trend is `(a/σ_a)²`.
-pub fn with_error(tested: &Tested) -> f64 {
-    let trend = tested.coefficients.first().copied().unwrap_or(0.0);
-    if tested.test.statistic > 0.0 { trend * (1.0 + 1.0 / tested.test.statistic).sqrt() } else { 0.0 }
+/// `√(a² + σ_a²)` with the sign of `a`, of each coefficient; the statistic of a single one is `(a/σ_a)²`, of several the mean of such squares.
+pub fn with_errors(tested: &Tested) -> Vec<f64> {
+    let statistic = tested.test.statistic;
+    let grows = if statistic > 0.0 { (1.0 + 1.0 / statistic).sqrt() } else { 0.0 };
+    tested.coefficients.iter().map(|coefficient| coefficient * grows).collect()
 }

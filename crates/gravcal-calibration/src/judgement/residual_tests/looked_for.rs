@@ -29,7 +29,11 @@ impl Search<'_> {
         let positions = if scattered.is_empty() { 0 } else { self.session.joints.len() };
         let mut candidates: Vec<Candidate> =
             scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect();
-        for term in [Term::Compliance, Term::TorqueLag, Term::TorqueFilter] {
+        let mut of_all = vec![Term::Compliance, Term::TorqueLag, Term::TorqueFilter, Term::TorqueGainTrend];
+        if self.columns.tables_of_all().len() == 2 {
+            of_all.push(Term::TorqueGains);
+        }
+        for term in of_all {
             let own = |candidate: &&Candidate| match candidate {
                 // Where it is in the fit already, nothing needs to be looked for in what the fit leaves.
                 Candidate::Term(joint, Term::Compliance) if self.solved.has_bending(*joint) => false,

@@ -9,20 +9,24 @@
 //! **An arm in motion.** That a torque is recorded late, or filtered, shows in the slope and the bend of the predicted readings over time
 //! ([`delayed`]); that friction builds up after a joint turned round, in what windows say of it.
 //!
-//! **What changes between tables.** A bias, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a base that
-//! was moved).
+//! **What goes with the torque.** A gain that drifts, a reading that goes with the square or cube of its torque, or with the torques of other joints; of
+//! an arm in motion, friction that grows with the torque ([`of_torque`]).
+//!
+//! **What changes between tables.** A bias, a gain, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a
+//! base that was moved).
 //!
 //! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]).
 //!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
-//! recorder does the same to all torques. One compliance of all joints, one lag and one filter of all torques are therefore looked for, too, and
-//! whether the zeros of all joints drift, each by itself, as an arm that warms up lets them; these have half of the probability of naming anything,
+//! recorder does the same to all torques, and warmth about the same to all gains. One compliance of all joints, one lag and one filter of all torques, and
+//! one change of all gains are therefore looked for, too, and whether the zeros of all joints drift, each by itself, as an arm that warms up lets them; these have half of the probability of naming anything,
 //! as all other tests together have.
 //!
-//! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
+//! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise, or where it moves a number by
+//! half of its standard deviation and is surely there: of a term that the fit takes up nearly whole little is seen, and it moves numbers most; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. By as much as such a term would move a number
 //! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
-//! an uncertainty. A zero that drifts is seldom alone: where one is named, others are taken to drift, too ([`drift`]). The verdict stays *partly
+//! an uncertainty. A zero that drifts is seldom alone, nor is a gain or a zero that has changed: where one is named, others are taken to have, too ([`drift`]). The verdict stays *partly
 //! determined*: the term belongs into the model. Less is told, and changes no verdict. The side from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
 //! fit (`joint/model_error/at_rest.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
@@ -41,6 +45,7 @@ mod looked_for;
 mod neighbours;
 mod nothing_named;
 mod of_solution;
+mod of_torque;
 mod one_test;
 mod rows;
 mod score;

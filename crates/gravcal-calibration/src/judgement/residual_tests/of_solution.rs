@@ -61,12 +61,13 @@ pub(crate) fn residual_tests(
     let maker = ResidualMaker::new(&solution)?;
     let columns = Columns::new(session, solved, problem.rows())?;
     let rows = Rows::new(session, solved, &maker);
-    let search = Search { session, solved, columns, robust: !matches!(uncertainty, UncertaintyResult::Noise { .. }) };
+    let robust = !matches!(uncertainty, UncertaintyResult::Noise { .. });
+    let search = Search { session, solved, solution, columns, robust };
     let neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
     let candidates = search.candidates(&maker, &rows);
     if wanted == TestsWanted::WhereNamed && search.names_nothing(&maker, &rows, &neighbours, &candidates) {
         return Ok(ResidualTests::default());
     }
-    let (tests, missing) = search.all(maker, rows, neighbours, &candidates);
-    Ok(ResidualTests { tests, moved: moved_by(&solution, &missing)? })
+    let (tests, missing) = search.all(maker, rows, neighbours, &candidates)?;
+    Ok(ResidualTests { tests, moved: moved_by(&search.solution, &missing)? })
 }

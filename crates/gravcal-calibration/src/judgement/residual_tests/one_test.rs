@@ -35,6 +35,20 @@ impl Search<'_> {
                 let (file, size) = self.farthest(&self.columns.tables(channel), &coefficients);
                 (ResidualTestKind::Tables { file }, size, unit)
             }
+            Term::TorqueGains => {
+                let (file, size) = self.farthest(&self.columns.tables(channel), &coefficients);
+                (ResidualTestKind::TorqueGain { file }, 100.0 * size, "%".to_owned())
+            }
+            Term::TorqueGainTrend => (ResidualTestKind::TorqueGainTrend, 100.0 * first, format!("%/{each}")),
+            Term::TorquePowers => (ResidualTestKind::TorquePowers, amplitude, unit),
+            Term::Crosstalk => {
+                let others = self.columns.others(channel).into_iter().zip(&coefficients);
+                let most = others.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
+                let (other, size) = most.map_or((channel, 0.0), |(other, size)| (other, *size));
+                let joint = self.session.channel_name(other);
+                (ResidualTestKind::Crosstalk { joint }, size, format!("{unit}/(N·m)"))
+            }
+            Term::LoadFriction => (ResidualTestKind::LoadFriction, 100.0 * first.abs(), "%".to_owned()),
             Term::PositionOffsets => {
                 let (file, size) = self.farthest(&self.columns.tables_of_all(), &coefficients);
                 (ResidualTestKind::PositionOffset { file }, size, "rad".to_owned())

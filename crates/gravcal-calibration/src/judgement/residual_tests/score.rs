@@ -23,7 +23,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::neighbours::Neighbours;
 use super::rows::{MANY, Rows};
 
-/// What is seen of a term, in standard deviations of a reading, from which intervals cannot hold.
+/// What is seen of a term, in standard deviations of a reading, from which intervals cannot hold whatever it moves.
 pub const MATTERS: f64 = 0.25;
 /// A column of which the fit leaves a smaller share is in the model already, or all but.
 pub const EXPLAINED: f64 = 1e-4;

@@ -4,13 +4,13 @@
 use std::ops::Range;
 
 use gravcal_estimation::in_parallel;
-use gravcal_estimation::statistics::ResidualMaker;
+use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, moved_by};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::candidate::{Candidate, SIGNIFICANCE, Tested, correct, next, weights};
 use super::columns::{ALL_JOINTS, Columns, Term};
-use super::drift::{drift_of_all, drift_of_joint, drifting, with_error};
+use super::drift::{drift_of_all, drift_of_joint, not_alone, with_errors};
 use super::in_fit::of_estimate;
 use super::neighbours::Neighbours;
 use super::rows::{MANY, Rows};
@@ -20,6 +20,10 @@ use crate::result::{ResidualTest, ResidualTestKind};
 
 /// Correlation of neighbours from which intervals from noise cannot hold: they are too narrow by up to a fifth.
 const ALIKE: f64 = 0.2;
+/// A term that moves a number by more than so many of its standard deviations spoils its interval: one of 95 % holds in 92 % then.
+const MOVES: f64 = 0.5;
+/// Probability, corrected for the number of tests, below which it does so even if little is seen of it: chance moves numbers as far.
+const SURE: f64 = 0.1 * SIGNIFICANCE;
 /// More terms are not named: then the model as a whole is wrong. Terms that the fit has as unknowns are no error of it, that neighbours are alike
 /// names no term, and both may be so in every channel.
 const MOST_NAMED: usize = 8;
@@ -30,6 +34,8 @@ const TOGETHER: usize = 4;
 pub struct Search<'a> {
     pub session: &'a Session,
     pub solved: &'a Solved,
+    /// Of the problem that is judged.
+    pub solution: Solution<'a>,
     pub columns: Columns<'a>,
     /// Whether standard deviations hold where neighbours are alike.
     pub robust: bool,
@@ -37,16 +43,19 @@ pub struct Search<'a> {
 
 impl Search<'_> {
     /// All of them, and what the model is missing that spoils intervals: one entry a row of the problem, in standard deviations.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated.
     pub fn all(
         &self,
         mut maker: ResidualMaker,
         mut rows: Rows,
         mut neighbours: Vec<Option<Neighbours>>,
         candidates: &[Candidate],
-    ) -> (Vec<ResidualTest>, Vec<Vec<f64>>) {
+    ) -> Result<(Vec<ResidualTest>, Vec<Vec<f64>>), StatisticsError> {
         let mut named: Vec<ResidualTest> = Vec::new();
         let (mut missing, mut lacking) = (Vec::new(), 0);
-        let mut drift = Vec::new();
+        let mut not_alone_in = Vec::new();
         let mut found = self.tested(&maker, &rows, &neighbours, candidates);
         loop {
             let weight = weights(&found);
@@ -56,16 +65,17 @@ impl Search<'_> {
             let next = next(&found);
             let tells = found.get(next).is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
             if !tells || lacking == MOST_NAMED {
-                missing.extend(self.drifts_of_others(&drift, &found));
+                missing.extend(self.of_others(&not_alone_in, &found));
                 named.extend(found.into_iter().map(|tested| tested.test));
-                return (named, missing);
+                return Ok((named, missing));
             }
             let first = found.remove(next);
             found.retain(|other| !self.covers(&first.candidate, &other.candidate));
-            let judged = self.judged(&first.candidate, first.test);
+            let own = self.missing(&first.candidate, &first.coefficients);
+            let judged = self.judged(&first.candidate, first.test, self.moves(&own)?);
             if judged.spoils_intervals {
-                missing.extend(self.missing(&first.candidate, &first.coefficients));
-                drift.extend(drifting(&first.candidate, self.session.joints.len()));
+                missing.extend(own);
+                not_alone_in.extend(not_alone(&first.candidate, self.session.joints.len()));
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
@@ -106,13 +116,13 @@ impl Search<'_> {
         }
     }
 
-    /// What a model without drifts may not say of the channels whose own drift is not named; nothing where no zero drifts.
-    fn drifts_of_others(&self, drifting: &[usize], found: &[Tested]) -> Vec<Vec<f64>> {
-        let of_other = |tested: &Tested| match &tested.candidate {
-            Candidate::Term(channel, Term::Trend) if !drifting.is_empty() && !drifting.contains(channel) => {
-                Some(self.columns.missing(*channel, &Term::Trend, &[with_error(tested)]))
-            }
-            _ => None,
+    /// What a model may not say of other channels than those of which a term is named that is seldom alone.
+    fn of_others(&self, not_alone: &[(Term, Vec<usize>)], found: &[Tested]) -> Vec<Vec<f64>> {
+        let of_other = |tested: &Tested| {
+            let Candidate::Term(channel, term) = &tested.candidate else { return None };
+            let mut named = not_alone.iter().filter(|(named, _)| named == term).peekable();
+            let is_other = named.peek().is_some() && named.all(|(_, channels)| !channels.contains(channel));
+            is_other.then(|| self.columns.missing(*channel, term, &with_errors(tested)))
         };
         found.iter().filter_map(of_other).collect()
     }
@@ -227,16 +237,19 @@ impl Search<'_> {
                     (Term::Compliance, true) => in_fit(self.solved.bending(*channel))?,
                     _ => score(maker, rows, neighbours, left)?,
                 };
-                let is_it = *term != Term::Presliding || self.opposes_motion(*channel, &scored.coefficients);
+                let friction = matches!(term, Term::Presliding | Term::LoadFriction);
+                let is_it = !friction || self.opposes_motion(*channel, &scored.coefficients);
                 is_it.then(|| self.report(*channel, term, scored))
             }
         }
     }
 
-    /// Whether what goes with a joint's motion is a friction: it takes a torque of the motion's sign, which the sensor reads by its gain.
+    /// Whether what goes with a joint's motion, as its position sensor shows it, is a friction: it takes a torque of the motion's sign, which the
+    /// torque sensor reads by its gain.
     fn opposes_motion(&self, joint: usize, coefficients: &[f64]) -> bool {
-        let gain = self.session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
-        coefficients.iter().all(|size| size * gain > 0.0)
+        let gain = |gain| self.session.nominal(ParameterId::Sensor(joint, gain));
+        let sign = gain(SensorParameter::TorqueGain) * gain(SensorParameter::PositionGain);
+        coefficients.iter().all(|size| size * sign > 0.0)
     }
 
     /// Whether friction that is left at rest is among the errors that standard deviations of the channel allow for.
@@ -244,14 +257,29 @@ impl Search<'_> {
         self.session.unexplained_errors()[channel] == UnexplainedError::Estimated
     }
 
-    fn judged(&self, candidate: &Candidate, test: ResidualTest) -> ResidualTest {
+    /// By how many of its standard deviations what is missing moves the number that it moves most.
+    fn moves(&self, missing: &[Vec<f64>]) -> Result<f64, StatisticsError> {
+        let (variables, covariance) = (&self.solved.built.variables, self.solved.covariance());
+        let parameters = self.session.parameters().into_iter().map(|id| variables.block(id));
+        let columns: Vec<usize> = parameters
+            .chain([variables.gravity])
+            .flat_map(|block| self.solution.problem.columns_of(block))
+            .filter(|column| covariance.std(*column) > 0.0)
+            .collect();
+        let largest = |moved: &Vec<f64>| {
+            columns.iter().map(|column| moved[*column].abs() / covariance.std(*column)).fold(0.0, f64::max)
+        };
+        Ok(moved_by(&self.solution, missing)?.iter().map(largest).fold(0.0, f64::max))
+    }
+
+    /// `moves`: by how many of its standard deviations it moves any number.
+    fn judged(&self, candidate: &Candidate, test: ResidualTest, moves: f64) -> ResidualTest {
+        let matters = test.in_noise >= MATTERS || (moves > MOVES && test.corrected_p_value < SURE);
         let spoils = match candidate {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
-            Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
-            Candidate::Term(joint, Term::Compliance) => test.in_noise >= MATTERS && !self.solved.has_bending(*joint),
-            Candidate::Term(..) | Candidate::Together(_) | Candidate::OfArm(_) | Candidate::DriftOfAll => {
-                test.in_noise >= MATTERS
-            }
+            Candidate::Term(channel, Term::Direction) => matters && !self.errs_at_rest(*channel),
+            Candidate::Term(joint, Term::Compliance) => matters && !self.solved.has_bending(*joint),
+            Candidate::Term(..) | Candidate::Together(_) | Candidate::OfArm(_) | Candidate::DriftOfAll => matters,
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }
     }

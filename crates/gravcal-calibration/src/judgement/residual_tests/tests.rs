@@ -1,7 +1,8 @@
 //! Each family with a case in which it is there, and right models in which nothing is.
 
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Options;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{Pose, Session};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -20,11 +21,7 @@ fn named(result: &EstimatorResult) -> Vec<&ResidualTest> {
 }
 
 /// The first that is named, in a session whose readings of a joint are changed.
-fn first(
-    mut session: Session,
-    joint: usize,
-    error: impl Fn(usize, &gravcal_robot_model::session::Pose) -> f64,
-) -> ResidualTest {
+fn first(mut session: Session, joint: usize, error: impl Fn(usize, &Pose) -> f64) -> ResidualTest {
     for (place, pose) in session.poses.iter_mut().enumerate() {
         let error = error(place, pose);
         if let Some(reading) = &mut pose.torque[joint] {
@@ -246,6 +243,91 @@ fn tables_that_differ_are_named_by_file() {
         test.channel == "joint3" && test.kind == ResidualTestKind::Tables { file: "sweep-4.csv".into() },
         "{test:?}"
     );
+}
+
+/// A session of two tables, of which the second sees other gains.
+fn with_gains_of_second_table(factors: [f64; 3]) -> Session {
+    let (before, mut after) = (sarcos_shoulder(), sarcos_shoulder());
+    for (sensors, factor) in after.truth.sensors.iter_mut().zip(factors) {
+        sensors[SensorParameter::TorqueGain as usize] *= factor;
+    }
+    let mut session = before.session(0);
+    let last = session.tables.len() / 2;
+    for (pose, other) in session.poses.iter_mut().zip(after.session(0).poses) {
+        if pose.table >= last {
+            *pose = other;
+        }
+    }
+    session.poses.iter_mut().for_each(|pose| pose.table = usize::from(pose.table >= last));
+    session
+}
+
+#[test]
+fn a_torque_gain_that_is_another_in_the_second_table_is_named_with_its_size() {
+    assert!(named(&estimate(&with_gains_of_second_table([1.0; 3]))).is_empty());
+    let test = first(with_gains_of_second_table([1.0, 1.02, 1.0]), 1, |_, _| 0.0);
+    assert!(test.channel == "joint2" && matches!(test.kind, ResidualTestKind::TorqueGain { .. }), "{test:?}");
+    // Half of it to either side of the mean.
+    assert!((test.size.abs() - 1.0).abs() < 0.3 && test.unit == "%" && test.spoils_intervals, "{test:?}");
+}
+
+/// Of one that is named the others allow for what their own residuals show.
+#[test]
+fn where_one_gain_is_another_those_of_other_joints_may_be() {
+    let [one, two] =
+        [[1.0, 1.02, 1.0], [1.0, 1.02, 1.003]].map(|factors| estimate(&with_gains_of_second_table(factors)));
+    let std = |result: &EstimatorResult| result.parameter("joint3.torque_gain").unwrap().std.unwrap();
+    assert!(one.notes.iter().any(|note| note.contains("gains of the other torque sensors")), "{:?}", one.notes);
+    let simulation = sarcos_shoulder();
+    let session = with_gains_of_second_table([1.0; 3]);
+    for result in [&one, &two] {
+        for (name, error) in errors(&session, &simulation, result) {
+            assert!(error.abs() < 3.0, "{name} is {error} standard deviations off");
+        }
+    }
+    assert!(std(&two) > 1.2 * std(&one), "{} {}", std(&two), std(&one));
+}
+
+#[test]
+fn gains_that_are_all_others_in_the_second_table_are_named_together() {
+    let session = with_gains_of_second_table([1.01; 3]);
+    let result = estimate(&session);
+    let test = named(&result)[0];
+    assert!(test.channel == "all joints" && matches!(test.kind, ResidualTestKind::TorqueGain { .. }), "{test:?}");
+    // Less than a quarter of a reading's noise is seen of it: all the rest is in the numbers.
+    assert!((test.size.abs() - 0.5).abs() < 0.15 && test.in_noise < 0.25 && test.spoils_intervals, "{test:?}");
+    for (name, error) in errors(&session, &sarcos_shoulder(), &result) {
+        assert!(error.abs() < 3.0, "{name} is {error} standard deviations off");
+    }
+}
+
+#[test]
+fn a_torque_gain_that_drifts_is_named_with_its_size() {
+    let simulation = sarcos_shoulder();
+    let (count, bias) = (simulation.session(0).poses.len() as f64, simulation.truth.sensors[1][1]);
+    let torque = |pose: &Pose| pose.torque[1].map_or(0.0, |reading| reading.value - bias);
+    let test = first(simulation.session(0), 1, |place, pose| 0.02 * place as f64 / count * torque(pose));
+    assert!(test.channel == "joint2" && test.kind == ResidualTestKind::TorqueGainTrend, "{test:?}");
+    assert!((test.size * count / 2.0 - 1.0).abs() < 0.3 && test.unit == "%/pose", "{test:?}");
+    assert!(test.spoils_intervals, "{test:?}");
+}
+
+#[test]
+fn a_reading_that_is_no_line_of_its_torque_is_named() {
+    let simulation = with_model(shoulder(), 1, "torque-gain-polynomial", &Options::default(), &[4e-3, -4e-5]);
+    let test = first(taken_as_affine(&simulation.session(0)), 1, |_, _| 0.0);
+    assert!(test.channel == "joint2" && test.kind == ResidualTestKind::TorquePowers, "{test:?}");
+    assert!(test.spoils_intervals && test.unit == "count", "{test:?}");
+}
+
+#[test]
+fn a_reading_that_goes_with_the_torque_of_another_joint_is_named_with_that() {
+    let options = Options::default().with("from", vec!["joint3"]);
+    let simulation = with_model(shoulder(), 1, "torque-crosstalk", &options, &[0.4]);
+    let test = first(taken_as_affine(&simulation.session(0)), 1, |_, _| 0.0);
+    let of_third = ResidualTestKind::Crosstalk { joint: "joint3".into() };
+    assert!(test.channel == "joint2" && test.kind == of_third && test.unit == "count/(N·m)", "{test:?}");
+    assert!((test.size / 0.4 - 1.0).abs() < 0.3 && test.spoils_intervals, "{test:?}");
 }
 
 /// From the middle on the base is tilted by a degree; or the second encoder counts from elsewhere.

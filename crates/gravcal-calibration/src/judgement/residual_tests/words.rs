@@ -12,9 +12,11 @@ use crate::result::{ResidualTest, ResidualTestKind};
 /// What becomes of intervals where a term spoils them.
 const WIDENED: &str = "Each interval is widened by the shift that this effect causes. Do not rely on the intervals until the model includes it.";
 
-/// What is said where the zero of some channels drifts.
+/// What is said of other sensors where something is named that is seldom alone.
 const OTHERS_DRIFT: &str =
     "The zeros of the other sensors may drift, too: their intervals include the drift that their own residuals allow.";
+const OTHER_GAINS: &str = "The gains of the other torque sensors may have changed, too: their intervals include the change that their own residuals allow.";
+const OTHER_OFFSETS: &str = "The zeros of the other position sensors may have changed, too: their intervals include the change that their own residuals allow.";
 
 /// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
@@ -29,14 +31,23 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueLag)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueFilter)))
         .chain(of_neighbours(session, &of_kind(&ResidualTestKind::Neighbours)))
-        .chain(tests.iter().any(drifts).then(|| OTHERS_DRIFT.to_owned()))
+        .chain(of_others(tests).into_iter().map(str::to_owned))
         .collect()
 }
 
-/// Whether a zero drifts by so much that intervals are widened.
-fn drifts(test: &ResidualTest) -> bool {
-    use ResidualTestKind::{Trend, TrendInTables};
-    test.named && test.spoils_intervals && test.channel != ALL_JOINTS && matches!(test.kind, Trend | TrendInTables)
+/// What is said of other sensors, as something that is seldom alone widens intervals.
+fn of_others(tests: &[ResidualTest]) -> Vec<&'static str> {
+    let of_test = |test: &ResidualTest| match test.kind {
+        ResidualTestKind::Trend | ResidualTestKind::TrendInTables => Some(OTHERS_DRIFT),
+        ResidualTestKind::TorqueGain { .. } | ResidualTestKind::TorqueGainTrend => Some(OTHER_GAINS),
+        ResidualTestKind::PositionOffset { .. } => Some(OTHER_OFFSETS),
+        _ => None,
+    };
+    let widens = |test: &&ResidualTest| test.named && test.spoils_intervals && test.channel != ALL_JOINTS;
+    let mut said: Vec<&'static str> = tests.iter().filter(widens).filter_map(of_test).collect();
+    said.sort_unstable();
+    said.dedup();
+    said
 }
 
 fn reported_once(kind: &ResidualTestKind) -> bool {
@@ -267,6 +278,44 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
              tables after one homing, or calibrate those before and after by themselves."
                 .into(),
         ),
+        ResidualTestKind::TorqueGain { file } if channel == ALL_JOINTS => (
+            format!("The residuals of all joints together show torque gains that are others in {file}, by {size} {unit}."),
+            "Either the arm was warmer, or a load's mass is not as stated. Record all tables in one go with a warm arm, or calibrate those before and \
+             after by themselves."
+                .into(),
+        ),
+        ResidualTestKind::TorqueGainTrend if channel == ALL_JOINTS => (
+            format!("The residuals of all joints together show that torque gains drift, by {size} {unit}."),
+            "Let the arm warm up before it is recorded.".into(),
+        ),
+        ResidualTestKind::TorqueGain { file } => (
+            format!("The residuals show that the torque gain of {channel} is another in {file}, by {size} {unit}."),
+            "Either the sensor was warmer, an amplifier was set anew, or a load is not as stated. Record all tables in one go with warm sensors, or \
+             calibrate those before and after by themselves."
+                .into(),
+        ),
+        ResidualTestKind::TorqueGainTrend => (
+            format!("The torque gain of {channel} drifts by {size} {unit}."),
+            format!(
+                "Let the sensor warm up before it is read; or estimate a steady drift (times are needed): {}.",
+                formula("drift * torque * time", "drift", &per_newton_metre(session, channel, "·s"))
+            ),
+        ),
+        ResidualTestKind::TorquePowers => (
+            format!("The reading of {channel} does not grow in proportion to its torque: by about {size} {unit} at the largest."),
+            "Estimate it: sensor_models = [{ kind = \"torque-gain-polynomial\" }] in its [[joint]].".into(),
+        ),
+        ResidualTestKind::Crosstalk { joint } => (
+            format!("The reading of {channel} goes with torques of other joints, most with that of {joint}: {size} {unit}."),
+            format!("Estimate it: sensor_models = [{{ kind = \"torque-crosstalk\", from = [\"{joint}\"] }}] in its [[joint]]."),
+        ),
+        ResidualTestKind::LoadFriction => (
+            format!("The friction of {channel} grows with its torque: by {size} {unit} of it."),
+            format!(
+                "Estimate it: {}.",
+                formula("share * abs(torque) * direction", "share", &per_newton_metre(session, channel, ""))
+            ),
+        ),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
             tables(of_joint),
@@ -330,6 +379,20 @@ fn tables(of_joint: bool) -> String {
     format!(
         "Possible causes: a load mounted elsewhere than stated, a moved cable, {zero}. Look at what changed between the tables."
     )
+}
+
+/// How to say what a torque reading has besides, by a formula of one unknown.
+fn formula(adds: &str, unknown: &str, unit: &str) -> String {
+    format!(
+        "sensor_models = [{{ kind = \"formula\", adds = \"{adds}\", unknowns = {{ {unknown} = {{ unit = \"{unit}\", limit = 0.01 }} }} }}] in \
+         its [[joint]]"
+    )
+}
+
+/// The unit of a torque reading for each N·m, and for what comes with it.
+fn per_newton_metre(session: &Session, channel: &str, and: &str) -> String {
+    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == channel);
+    format!("{}/(N·m{and})", joint.map_or_else(String::new, |joint| session.channel_unit(joint)))
 }
 
 fn periods(order: u32) -> String {

@@ -1,0 +1,58 @@
+//! What goes with torques: a gain that is another in another table or drifts, a reading that does not grow in proportion to its torque, torques of
+//! other joints, friction that grows with the load.
+//!
+//! Columns are of the torques that the model predicts: errors of a reading are in its residual, too.
+
+use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::parameter::SensorParameter;
+use gravcal_robot_model::session::{ReadingId, Session};
+
+use crate::joint::Solved;
+
+/// Torques as their sensors read them, without biases.
+pub struct PredictedTorques {
+    /// By pose and joint, gain times torque, unit of the reading; zero where the joint is not read.
+    readings: Vec<Vec<f64>>,
+    /// By joint.
+    gains: Vec<f64>,
+    /// The largest reading of each joint.
+    largest: Vec<f64>,
+}
+
+impl PredictedTorques {
+    /// # Errors
+    /// Where a residual cannot be evaluated without gains.
+    pub fn new(session: &Session, solved: &Solved) -> Result<PredictedTorques, EvaluateError> {
+        let joints = session.joints.len();
+        let (mut readings, mut largest) = (vec![vec![0.0; joints]; session.poses.len()], vec![0.0; joints]);
+        for (ReadingId { pose, channel }, reading) in solved.built.rows.iter().zip(solved.gravity_readings(session)?) {
+            if *channel < joints {
+                readings[*pose][*channel] = reading;
+                largest[*channel] = f64::max(largest[*channel], reading.abs());
+            }
+        }
+        let gain = |joint: usize| solved.built.variables.sensors[joint][SensorParameter::TorqueGain as usize];
+        let gains = (0..joints).map(|joint| solved.estimate.values.scalar(gain(joint))).collect();
+        Ok(PredictedTorques { readings, gains, largest })
+    }
+
+    /// Gain times torque, unit of the reading.
+    pub fn reading(&self, pose: usize, joint: usize) -> f64 {
+        self.readings[pose][joint]
+    }
+
+    /// The torque, N·m.
+    pub fn torque(&self, pose: usize, joint: usize) -> f64 {
+        if self.gains[joint] == 0.0 { 0.0 } else { self.readings[pose][joint] / self.gains[joint] }
+    }
+
+    /// A power of the reading in its share of the largest.
+    pub fn power(&self, pose: usize, joint: usize, power: i32) -> f64 {
+        if self.largest[joint] == 0.0 { 0.0 } else { (self.readings[pose][joint] / self.largest[joint]).powi(power) }
+    }
+
+    /// Joints whose torque is known at any pose, but one.
+    pub fn others(&self, joint: usize) -> Vec<usize> {
+        (0..self.largest.len()).filter(|other| *other != joint && self.largest[*other] > 0.0).collect()
+    }
+}
