@@ -5,6 +5,7 @@ use gravcal_recording::file_name;
 
 use super::candidate::{Candidate, Tested};
 use super::columns::Term;
+use super::of_torque::per_torque;
 use super::score::{Score, dot};
 use super::search::Search;
 use crate::result::{ResidualTest, ResidualTestKind};
@@ -46,7 +47,7 @@ impl Search<'_> {
                 let most = others.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
                 let (other, size) = most.map_or((channel, 0.0), |(other, size)| (other, *size));
                 let joint = self.session.channel_name(other);
-                (ResidualTestKind::Crosstalk { joint }, size, format!("{unit}/(N·m)"))
+                (ResidualTestKind::Crosstalk { joint }, size, per_torque(self.session, channel, other, ""))
             }
             Term::LoadFriction => (ResidualTestKind::LoadFriction, 100.0 * first.abs(), "%".to_owned()),
             Term::PositionOffsets => {

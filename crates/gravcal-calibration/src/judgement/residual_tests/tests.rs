@@ -9,6 +9,7 @@ use rand_pcg::Pcg64;
 
 use super::candidate::{Candidate, Tested, correct};
 use super::columns::Term;
+use super::in_words;
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, Verdict};
 use crate::testing::sensor_models::{errors, estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
@@ -307,6 +308,8 @@ fn a_torque_gain_that_drifts_is_named_with_its_size() {
     let (count, bias) = (simulation.session(0).poses.len() as f64, simulation.truth.sensors[1][1]);
     let torque = |pose: &Pose| pose.torque[1].map_or(0.0, |reading| reading.value - bias);
     let test = first(simulation.session(0), 1, |place, pose| 0.02 * place as f64 / count * torque(pose));
+    let cure = in_words(&simulation.session(0), std::slice::from_ref(&test)).concat();
+    assert!(cure.contains("drift * torque * time") && cure.contains("unit = \"count/(N·m·s)\""), "{cure}");
     assert!(test.channel == "joint2" && test.kind == ResidualTestKind::TorqueGainTrend, "{test:?}");
     assert!((test.size * count / 2.0 - 1.0).abs() < 0.3 && test.unit == "%/pose", "{test:?}");
     assert!(test.spoils_intervals, "{test:?}");

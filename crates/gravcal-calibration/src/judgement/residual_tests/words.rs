@@ -6,6 +6,7 @@ use gravcal_robot_model::session::Session;
 
 use super::columns::ALL_JOINTS;
 use super::delayed::{cut_off, half_square};
+use super::of_torque::per_torque;
 use super::score::MATTERS;
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -286,7 +287,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::TorqueGainTrend if channel == ALL_JOINTS => (
             format!("The residuals of all joints together show that torque gains drift, by {size} {unit}."),
-            "Let the arm warm up before it is recorded.".into(),
+            of_gain_drift(session, channel),
         ),
         ResidualTestKind::TorqueGain { file } => (
             format!("The residuals show that the torque gain of {channel} is another in {file}, by {size} {unit}."),
@@ -296,10 +297,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::TorqueGainTrend => (
             format!("The torque gain of {channel} drifts by {size} {unit}."),
-            format!(
-                "Let the sensor warm up before it is read; or estimate a steady drift (times are needed): {}.",
-                formula("drift * torque * time", "drift", &per_newton_metre(session, channel, "·s"))
-            ),
+            of_gain_drift(session, channel),
         ),
         ResidualTestKind::TorquePowers => (
             format!("The reading of {channel} does not grow in proportion to its torque: by about {size} {unit} at the largest."),
@@ -311,10 +309,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::LoadFriction => (
             format!("The friction of {channel} grows with its torque: by {size} {unit} of it."),
-            format!(
-                "Estimate it: {}.",
-                formula("share * abs(torque) * direction", "share", &per_newton_metre(session, channel, ""))
-            ),
+            format!("Estimate it: {}.", formula(session, channel, "share * abs(torque) * direction", ("share", ""))),
         ),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
@@ -340,6 +335,14 @@ fn of_load_mass(load: &str, test: &ResidualTest) -> (String, String) {
         format!("The residuals of all joints show load {load} to be {heavier} than stated, by {by} {}.", test.unit),
         "Weigh it again, or say how well it is weighed (mass_kg = { nominal = …, std = … }). What is stated of another load may be wrong instead."
             .into(),
+    )
+}
+
+/// What to do about torque gains that drift.
+fn of_gain_drift(session: &Session, channel: &str) -> String {
+    format!(
+        "Let the arm warm up before it is recorded; or estimate a steady drift (times are needed): {}.",
+        formula(session, channel, "drift * torque * time", ("drift", "·s"))
     )
 }
 
@@ -381,18 +384,16 @@ fn tables(of_joint: bool) -> String {
     )
 }
 
-/// How to say what a torque reading has besides, by a formula of one unknown.
-fn formula(adds: &str, unknown: &str, unit: &str) -> String {
+/// How to say what the torque reading of a channel, or of the first joint for all, has besides, by a formula of one unknown, and of its unit what comes
+/// with the torque.
+fn formula(session: &Session, channel: &str, adds: &str, (unknown, with): (&str, &str)) -> String {
+    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == channel);
+    let unit = per_torque(session, joint.unwrap_or(0), joint.unwrap_or(0), with);
+    let place = if joint.is_some() { "its [[joint]]" } else { "[joints]" };
     format!(
         "sensor_models = [{{ kind = \"formula\", adds = \"{adds}\", unknowns = {{ {unknown} = {{ unit = \"{unit}\", limit = 0.01 }} }} }}] in \
-         its [[joint]]"
+         {place}"
     )
-}
-
-/// The unit of a torque reading for each N·m, and for what comes with it.
-fn per_newton_metre(session: &Session, channel: &str, and: &str) -> String {
-    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == channel);
-    format!("{}/(N·m{and})", joint.map_or_else(String::new, |joint| session.channel_unit(joint)))
 }
 
 fn periods(order: u32) -> String {
