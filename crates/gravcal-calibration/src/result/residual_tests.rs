@@ -92,7 +92,7 @@ pub enum ResidualTestKind {
     /// The gain of a torque sensor that drifts with time, or from pose to pose where no time is known.
     TorqueGainTrend,
     /// A torque reading that goes with the square or cube of its torque.
-    TorquePowers,
+    TorqueNonlinearity,
     /// A torque reading that goes with torques of other joints.
     Crosstalk {
         /// The joint whose torque shows most.
@@ -132,7 +132,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::LoadPlacement { load } => write!(f, "place of load {load}"),
             ResidualTestKind::TorqueGain { file } => write!(f, "torque gain ({file})"),
             ResidualTestKind::TorqueGainTrend => f.write_str("torque gain trend"),
-            ResidualTestKind::TorquePowers => f.write_str("torque powers"),
+            ResidualTestKind::TorqueNonlinearity => f.write_str("torque nonlinearity"),
             ResidualTestKind::Crosstalk { joint } => write!(f, "crosstalk ({joint})"),
             ResidualTestKind::LoadFriction => f.write_str("friction by load"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),

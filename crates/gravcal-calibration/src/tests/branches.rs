@@ -145,9 +145,15 @@ fn assert_intervals_hold(robots: u64, change: impl Fn(u64) -> (Simulation, Sessi
     for seed in 0..robots {
         let (simulation, session) = change(seed);
         let result = estimate(&session);
-        // By chance a test on residuals names something in one of a hundred.
-        doubted += usize::from(result.verdict != Verdict::Determined);
-        assert!(doubted <= 1, "{seed}: {:?} {:?}", result.undetermined, result.notes);
+        // By chance a test on residuals names something in one of a hundred, and nothing else is in doubt.
+        let named = result.residual_tests.iter().any(|test| test.named && test.spoils_intervals);
+        doubted += usize::from(named);
+        assert!(
+            (result.verdict == Verdict::Determined) != named && doubted <= 1,
+            "{seed}: {:?} {:?}",
+            result.undetermined,
+            result.notes
+        );
         let [good, all] = held(&simulation, &session, &result);
         counts = [counts[0] + good, counts[1] + all];
     }

@@ -83,6 +83,9 @@ fn errors(approach: &str) -> ([f64; 2], usize) {
         // The shoulder has no friction, which nothing tells: it may have the elbow's.
         let of_shoulder = result.notes.iter().any(|note| note.starts_with("shoulder was approached"));
         assert!(says_so || !of_shoulder, "{:?}", result.notes);
+        let bias = result.parameter("shoulder.torque_bias").unwrap();
+        let error = (bias.value.unwrap() - simulation.truth.sensors[0][1]) / bias.std.unwrap();
+        assert!(error.abs() < 4.0, "{error}");
     }
     ([(squares[0] / reported.max(1) as f64).sqrt(), (squares[1] / (10 - reported).max(1) as f64).sqrt()], reported)
 }

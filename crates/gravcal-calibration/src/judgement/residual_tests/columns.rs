@@ -51,7 +51,7 @@ pub enum Term {
     /// In share of the gain.
     TorqueGainTrend,
     /// In the unit of the reading, at the largest.
-    TorquePowers,
+    TorqueNonlinearity,
     /// Of all other joints that are read, in the unit of the reading for each N·m.
     Crosstalk,
     /// Of an arm in motion, in share of the reading.
@@ -135,7 +135,7 @@ impl<'a> Columns<'a> {
                 terms.extend(ORDERS.map(Term::TorqueHarmonic));
             }
             terms.extend([Term::Velocity, Term::Acceleration, Term::Direction]);
-            terms.extend([Term::TorqueGains, Term::TorqueGainTrend, Term::TorquePowers, Term::Crosstalk]);
+            terms.extend([Term::TorqueGains, Term::TorqueGainTrend, Term::TorqueNonlinearity, Term::Crosstalk]);
             if self.may_build_up(channel) {
                 terms.push(Term::Presliding);
             }
@@ -192,11 +192,11 @@ impl<'a> Columns<'a> {
                 vec![self.reading(channel, |pose| f64::from(within(pose)) * self.predicted.reading(pose, channel))]
             }),
             Term::TorqueGainTrend => vec![self.times_reading(channel, self.trend(channel, |_| 0))],
-            Term::TorquePowers => {
+            Term::TorqueNonlinearity => {
                 POWERS.map(|power| self.reading(channel, |pose| self.predicted.power(pose, channel, power))).into()
             }
             Term::Crosstalk => {
-                let others = self.others(channel).into_iter();
+                let others = self.predicted.others(channel).into_iter();
                 others.map(|other| self.reading(channel, |pose| self.predicted.torque(pose, other))).collect()
             }
             Term::LoadFriction => {
@@ -241,9 +241,9 @@ impl<'a> Columns<'a> {
         weighted_sum(&columns, coefficients, self.rows)
     }
 
-    /// Joints whose torques may show in the reading of a channel.
-    pub fn others(&self, channel: usize) -> Vec<usize> {
-        self.predicted.others(channel)
+    /// The joint whose torque shows most in the reading of another, and its coefficient.
+    pub fn shows_most(&self, joint: usize, coefficients: &[f64]) -> Option<(usize, f64)> {
+        self.predicted.shows_most(joint, coefficients)
     }
 
     /// Columns of a term as a model of it has it: what drifts was at the beginning what the parameter says.

@@ -62,8 +62,33 @@ impl PredictedTorques {
         if self.largest[joint] == 0.0 { 0.0 } else { (self.readings[pose][joint] / self.largest[joint]).powi(power) }
     }
 
+    /// Of the coefficients of [`others`](Self::others), that of the joint whose torque shows most, and the joint.
+    pub fn shows_most(&self, joint: usize, coefficients: &[f64]) -> Option<(usize, f64)> {
+        let shows =
+            |(other, coefficient): &(usize, f64)| (coefficient * self.largest[*other] / self.gains[*other]).abs();
+        let others = self.others(joint).into_iter().zip(coefficients.iter().copied());
+        others.max_by(|a, b| shows(a).total_cmp(&shows(b)))
+    }
+
     /// Joints whose torque is known at any pose, but one.
     pub fn others(&self, joint: usize) -> Vec<usize> {
         (0..self.largest.len()).filter(|other| *other != joint && self.largest[*other] > 0.0).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wrist of hardly any torque has the largest coefficient, which is noise; the gain of the last one is 10.
+    #[test]
+    fn the_joint_that_shows_most_is_not_the_one_of_the_largest_coefficient() {
+        let predicted = PredictedTorques {
+            readings: Vec::new(),
+            gains: vec![1.0, 1.0, 1.0, 10.0],
+            largest: vec![50.0, 20.0, 0.1, 20.0],
+        };
+        assert_eq!(predicted.shows_most(0, &[0.01, -0.5, 0.02]), Some((1, 0.01)));
+        assert_eq!(predicted.shows_most(1, &[0.001, -0.5, -0.03]), Some((3, -0.03)));
     }
 }

@@ -41,11 +41,9 @@ impl Search<'_> {
                 (ResidualTestKind::TorqueGain { file }, 100.0 * size, "%".to_owned())
             }
             Term::TorqueGainTrend => (ResidualTestKind::TorqueGainTrend, 100.0 * first, format!("%/{each}")),
-            Term::TorquePowers => (ResidualTestKind::TorquePowers, amplitude, unit),
+            Term::TorqueNonlinearity => (ResidualTestKind::TorqueNonlinearity, amplitude, unit),
             Term::Crosstalk => {
-                let others = self.columns.others(channel).into_iter().zip(&coefficients);
-                let most = others.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
-                let (other, size) = most.map_or((channel, 0.0), |(other, size)| (other, *size));
+                let (other, size) = self.columns.shows_most(channel, &coefficients).unwrap_or((channel, 0.0));
                 let joint = self.session.channel_name(other);
                 (ResidualTestKind::Crosstalk { joint }, size, per_torque(self.session, channel, other, ""))
             }

@@ -319,7 +319,7 @@ fn a_torque_gain_that_drifts_is_named_with_its_size() {
 fn a_reading_that_is_no_line_of_its_torque_is_named() {
     let simulation = with_model(shoulder(), 1, "torque-gain-polynomial", &Options::default(), &[4e-3, -4e-5]);
     let test = first(taken_as_affine(&simulation.session(0)), 1, |_, _| 0.0);
-    assert!(test.channel == "joint2" && test.kind == ResidualTestKind::TorquePowers, "{test:?}");
+    assert!(test.channel == "joint2" && test.kind == ResidualTestKind::TorqueNonlinearity, "{test:?}");
     assert!(test.spoils_intervals && test.unit == "count", "{test:?}");
 }
 

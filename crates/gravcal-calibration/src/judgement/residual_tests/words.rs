@@ -279,38 +279,11 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
              tables after one homing, or calibrate those before and after by themselves."
                 .into(),
         ),
-        ResidualTestKind::TorqueGain { file } if channel == ALL_JOINTS => (
-            format!("The residuals of all joints together show torque gains that are others in {file}, by {size} {unit}."),
-            "Either the arm was warmer, or a load's mass is not as stated. Record all tables in one go with a warm arm, or calibrate those before and \
-             after by themselves."
-                .into(),
-        ),
-        ResidualTestKind::TorqueGainTrend if channel == ALL_JOINTS => (
-            format!("The residuals of all joints together show that torque gains drift, by {size} {unit}."),
-            of_gain_drift(session, channel),
-        ),
-        ResidualTestKind::TorqueGain { file } => (
-            format!("The residuals show that the torque gain of {channel} is another in {file}, by {size} {unit}."),
-            "Either the sensor was warmer, an amplifier was set anew, or a load is not as stated. Record all tables in one go with warm sensors, or \
-             calibrate those before and after by themselves."
-                .into(),
-        ),
-        ResidualTestKind::TorqueGainTrend => (
-            format!("The torque gain of {channel} drifts by {size} {unit}."),
-            of_gain_drift(session, channel),
-        ),
-        ResidualTestKind::TorquePowers => (
-            format!("The reading of {channel} does not grow in proportion to its torque: by about {size} {unit} at the largest."),
-            "Estimate it: sensor_models = [{ kind = \"torque-gain-polynomial\" }] in its [[joint]].".into(),
-        ),
-        ResidualTestKind::Crosstalk { joint } => (
-            format!("The reading of {channel} goes with torques of other joints, most with that of {joint}: {size} {unit}."),
-            format!("Estimate it: sensor_models = [{{ kind = \"torque-crosstalk\", from = [\"{joint}\"] }}] in its [[joint]]."),
-        ),
-        ResidualTestKind::LoadFriction => (
-            format!("The friction of {channel} grows with its torque: by {size} {unit} of it."),
-            format!("Estimate it: {}.", formula(session, channel, "share * abs(torque) * direction", ("share", ""))),
-        ),
+        ResidualTestKind::TorqueGain { .. }
+        | ResidualTestKind::TorqueGainTrend
+        | ResidualTestKind::TorqueNonlinearity
+        | ResidualTestKind::Crosstalk { .. }
+        | ResidualTestKind::LoadFriction => of_torque(session, test),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
             tables(of_joint),
@@ -338,12 +311,57 @@ fn of_load_mass(load: &str, test: &ResidualTest) -> (String, String) {
     )
 }
 
-/// What to do about torque gains that drift.
-fn of_gain_drift(session: &Session, channel: &str) -> String {
-    format!(
-        "Let the arm warm up before it is recorded; or estimate a steady drift (times are needed): {}.",
-        formula(session, channel, "drift * torque * time", ("drift", "·s"))
-    )
+/// What goes with torques, and what to do about it.
+fn of_torque(session: &Session, test: &ResidualTest) -> (String, String) {
+    let ResidualTest { channel, unit, .. } = test;
+    let size = significant(test.size, 2);
+    match &test.kind {
+        ResidualTestKind::TorqueGain { file } => {
+            let whose = if channel == ALL_JOINTS {
+                "torque gains of all joints are"
+            } else {
+                &format!("torque gain of {channel} is")
+            };
+            (
+                format!("The residuals show that the {whose} different in {file}, by {size} {unit}."),
+                "Either the arm was warmer, an amplifier was set anew, or a load is not as stated. Record all tables in one go with a warm arm, or \
+                 calibrate those before and after by themselves."
+                    .into(),
+            )
+        }
+        ResidualTestKind::TorqueGainTrend => {
+            let whose = if channel == ALL_JOINTS {
+                "torque gains of all joints drift"
+            } else {
+                &format!("torque gain of {channel} drifts")
+            };
+            (
+                format!("The residuals show that the {whose}, by {size} {unit}."),
+                format!(
+                    "Let the arm warm up before it is recorded; or estimate a steady drift (times are needed): {}.",
+                    formula(session, channel, "drift * torque * time", ("drift", "·s"))
+                ),
+            )
+        }
+        ResidualTestKind::Crosstalk { joint } => (
+            format!(
+                "The reading of {channel} goes with torques of other joints, most with that of {joint}: {size} {unit}."
+            ),
+            format!(
+                "Estimate it: sensor_models = [{{ kind = \"torque-crosstalk\", from = [\"{joint}\"] }}] in its [[joint]]."
+            ),
+        ),
+        ResidualTestKind::LoadFriction => (
+            format!("The friction of {channel} grows with its torque: by {size} {unit} of it."),
+            format!("Estimate it: {}.", formula(session, channel, "share * abs(torque) * direction", ("share", ""))),
+        ),
+        _ => (
+            format!(
+                "The reading of {channel} is not proportional to its torque: it is off by about {size} {unit} at the largest."
+            ),
+            "Estimate it: sensor_models = [{ kind = \"torque-gain-polynomial\" }] in its [[joint]].".into(),
+        ),
+    }
 }
 
 /// What to do about inertia that the model lacks.
@@ -384,8 +402,8 @@ fn tables(of_joint: bool) -> String {
     )
 }
 
-/// How to say what the torque reading of a channel, or of the first joint for all, has besides, by a formula of one unknown, and of its unit what comes
-/// with the torque.
+/// How to add a formula of one unknown to the torque reading of a channel, or of all joints with the unit of the first. `with`: what its unit has
+/// below the line beside the torque's.
 fn formula(session: &Session, channel: &str, adds: &str, (unknown, with): (&str, &str)) -> String {
     let joint = session.robot.chain.joints().iter().position(|joint| joint.name == channel);
     let unit = per_torque(session, joint.unwrap_or(0), joint.unwrap_or(0), with);
