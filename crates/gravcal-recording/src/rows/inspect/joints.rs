@@ -6,6 +6,8 @@ use crate::rows::joint_state::ColumnName;
 
 /// A joint that moves by this share of what the one does that moves most is one of the arm; a gripper moves less.
 const OF_ARM: f64 = 0.1;
+/// The same where a gripper whose torque is not recorded might have a column of zeros: one that swings open by 0.8 rad moves less.
+const SURELY_OF_ARM: f64 = 0.5;
 
 /// Longest travel, or largest speed, of a sliding joint that is taken for metres.
 const METRES: f64 = 10.0;
@@ -27,7 +29,7 @@ impl Inspection {
     /// The joints of the recording, in the order of their positions, or of the numbers in the names of these columns where each has its
     /// own. Of several columns with one meaning the first that has readings is taken, of the same topic where one is. Where names do not
     /// tell which torque is whose, and there are as many as positions, the numbers in them do, or else their order.
-    /// What was asked of a joint is taken only where no sensor's reading is there, and a motor's current where no torque is.
+    /// What was asked of a joint is taken only where no sensor's reading is there, and a motor's current where no sensor's torque is.
     pub fn joints(&self) -> Vec<JointFound> {
         self.paired().0
     }
@@ -52,15 +54,15 @@ impl Inspection {
         for position in self.meaning(Meaning::Position) {
             let name = self.columns[position].guess.joint.clone().unwrap_or_default();
             if joints.iter().all(|joint| joint.name != name) {
-                let of = |meaning| self.of_joint(&name, position, meaning);
-                let (torque, velocity) = (of(Meaning::Torque).or_else(|| of(Meaning::Current)), of(Meaning::Velocity));
+                let of = |columns: Vec<usize>| self.of_joint(&name, position, &columns);
+                let torque = self.torques().into_iter().find_map(of);
+                let velocity = of(self.meaning(Meaning::Velocity));
                 joints.push(JointFound { name, position, torque, velocity });
             }
         }
-        let as_many = |meaning| Some(self.meaning(meaning)).filter(|torques| torques.len() == joints.len());
         let mut doubt = None;
         if joints.iter().all(|joint| joint.torque.is_none())
-            && let Some(torques) = as_many(Meaning::Torque).or_else(|| as_many(Meaning::Current))
+            && let Some(torques) = self.torques().into_iter().find(|torques| torques.len() == joints.len())
         {
             doubt = self.pair(&mut joints, &torques);
         }
@@ -109,22 +111,29 @@ impl Inspection {
 
     /// Those of them whose torque reading ever changes; all, where none does. A gripper's fingers have mostly none.
     pub fn joints_with_torque(&self) -> Vec<JointFound> {
-        let changes = |torque: usize| self.columns[torque].lowest < self.columns[torque].highest;
         let (alive, dead): (Vec<JointFound>, Vec<JointFound>) =
-            self.joints().into_iter().partition(|joint| joint.torque.is_some_and(changes));
+            self.joints().into_iter().partition(|joint| self.is_alive(joint));
         self.by_number(if alive.is_empty() { dead } else { alive })
     }
 
-    /// Those of its joints whose torque has a column in which no row says anything, and that move as much as joints of an arm do: they have
-    /// no torque sensor, or none that is recorded, and the links beyond them turn all the same.
+    /// Those of its joints whose torque has a column that tells nothing, and that move as much as joints of an arm do: they have no torque
+    /// sensor, or none that is recorded, and the links beyond them turn all the same.
     pub fn joints_with_silent_torque(&self) -> Vec<JointFound> {
         let joints = self.joints();
-        let is_silent = |joint: &JointFound| {
+        let is_empty = |joint: &JointFound| {
             let of_joint = self.columns.iter().filter(|column| column.guess.joint.as_deref() == Some(&joint.name));
             let mut torques = of_joint.filter(|column| column.guess.meaning == Some(Meaning::Torque));
             joint.torque.is_none() && torques.any(|column| column.readings == 0)
         };
-        self.moving_by(OF_ARM, &joints).filter(|joint| is_silent(joint)).cloned().collect()
+        let empty = self.moving_by(OF_ARM, &joints).filter(|joint| is_empty(joint));
+        let stuck =
+            self.moving_by(SURELY_OF_ARM, &joints).filter(|joint| joint.torque.is_some() && !self.is_alive(joint));
+        empty.chain(stuck).cloned().collect()
+    }
+
+    /// Whether a joint has a torque reading that ever changes.
+    fn is_alive(&self, joint: &JointFound) -> bool {
+        joint.torque.is_some_and(|torque| self.columns[torque].lowest < self.columns[torque].highest)
     }
 
     /// Those of joints that move: by a hundredth at least of what the one does that moves most. The fingers of a gripper that carries
@@ -169,21 +178,29 @@ impl Inspection {
 
     /// Columns that say something and have this meaning: those that sensors read, where there is one.
     fn meaning(&self, meaning: Meaning) -> Vec<usize> {
-        let is = |index: &usize| {
-            let column = &self.columns[*index];
-            column.readings > 0 && column.guess.meaning == Some(meaning)
-        };
-        let (commanded, read): (Vec<usize>, Vec<usize>) =
-            (0..self.columns.len()).filter(is).partition(|index| self.columns[*index].guess.commanded);
+        let [read, commanded] = [false, true].map(|commanded| self.of_meaning(meaning, commanded));
         if read.is_empty() { commanded } else { read }
     }
 
-    fn of_joint(&self, name: &str, position: usize, meaning: Meaning) -> Option<usize> {
-        let found: Vec<usize> = self
-            .meaning(meaning)
-            .into_iter()
-            .filter(|index| self.columns[*index].guess.joint.as_deref().unwrap_or_default() == name)
-            .collect();
+    /// Columns of torques, the best ones first: what a controller asks of a motor is what its model says, and no reading.
+    fn torques(&self) -> [Vec<usize>; 4] {
+        [(Meaning::Torque, false), (Meaning::Current, false), (Meaning::Torque, true), (Meaning::Current, true)]
+            .map(|(meaning, commanded)| self.of_meaning(meaning, commanded))
+    }
+
+    /// Columns that say something and have this meaning, of what was asked of joints or of what sensors read.
+    fn of_meaning(&self, meaning: Meaning, commanded: bool) -> Vec<usize> {
+        let is = |index: &usize| {
+            let ColumnFound { readings, guess, .. } = &self.columns[*index];
+            *readings > 0 && guess.meaning == Some(meaning) && guess.commanded == commanded
+        };
+        (0..self.columns.len()).filter(is).collect()
+    }
+
+    /// The one of these columns that is of the joint with this name and position.
+    fn of_joint(&self, name: &str, position: usize, columns: &[usize]) -> Option<usize> {
+        let is_its = |index: &usize| self.columns[*index].guess.joint.as_deref().unwrap_or_default() == name;
+        let found: Vec<usize> = columns.iter().copied().filter(is_its).collect();
         let topic = |index: usize| ColumnName::parse(&self.columns[index].name).and_then(|name| name.topic);
         found.iter().copied().find(|index| topic(*index) == topic(position)).or(found.first().copied())
     }

@@ -58,11 +58,13 @@ pub(super) struct TimeUnit {
     pub(super) per_second: f64,
 }
 
-const TIME_UNITS: [TimeUnit; 4] = [
+const TIME_UNITS: [TimeUnit; 6] = [
     TimeUnit { name: "s", per_second: 1.0 },
     TimeUnit { name: "ms", per_second: 1e3 },
     TimeUnit { name: "µs", per_second: 1e6 },
     TimeUnit { name: "ns", per_second: 1e9 },
+    TimeUnit { name: "min", per_second: 1.0 / 60.0 },
+    TimeUnit { name: "h", per_second: 1.0 / 3600.0 },
 ];
 
 /// That of a clock which holds dates with times: they are read as seconds.
@@ -162,6 +164,8 @@ pub(super) fn time_unit(column: &str, step: f64) -> TimeUnit {
         "us" | "usec" => Some("µs"),
         "msec" => Some("ms"),
         "nsec" => Some("ns"),
+        "mins" | "minutes" => Some("min"),
+        "hours" => Some("h"),
         other => TIME_UNITS.iter().map(|unit| unit.name).find(|name| *name == other),
     };
     let by_step = TIME_UNITS.into_iter().find(|unit| step / unit.per_second < 0.5);

@@ -208,9 +208,16 @@ fn the_clock_is_found_by_its_name() {
     assert_eq!((clock(["t1", "t2"]), clock(["t0", "q1"])), (None, Some(0)));
     let clock = |names: [&str; 3]| names::clock(&names.map(str::to_owned));
     assert_eq!((clock(["t_1", "t_2", "t"]), clock(["t_s", "T1 (Nm)", "T2 (Nm)"])), (Some(2), Some(0)));
-    for (name, step, unit) in
-        [("time_s", 0.001, "s"), ("t", 0.001, "s"), ("t", 1.0, "ms"), ("stamp", 1e6, "ns"), ("t_us", 1e3, "µs")]
-    {
+    for (name, step, unit) in [
+        ("time_s", 0.001, "s"),
+        ("t", 0.001, "s"),
+        ("t", 1.0, "ms"),
+        ("stamp", 1e6, "ns"),
+        ("t_us", 1e3, "µs"),
+        ("time_min", 1e-4, "min"),
+        ("t (hours)", 1e-6, "h"),
+        ("t", 1e9, "s"),
+    ] {
         assert_eq!(names::time_unit(name, step).name, unit, "{name} {step}");
     }
     let text = inspected("q\n1\n2\n").to_string();
@@ -327,6 +334,27 @@ fn a_joint_that_moves_without_any_torque_reading_is_one_of_the_arm() {
     let found = inspected(&format!("{header}\n0,0,0,1,nan,nan\n1,2,0.04,2,nan,nan\n"));
     let silent: Vec<String> = found.joints_with_silent_torque().into_iter().map(|joint| joint.name).collect();
     assert_eq!(silent, ["b"]);
+}
+
+/// A sensor that is stuck, beside a gripper whose torque nothing measures.
+#[test]
+fn a_joint_that_moves_with_a_torque_that_stands_is_one_of_the_arm() {
+    let header = "a.position,b.position,finger.position,a.effort,b.effort,finger.effort";
+    let found = inspected(&format!("{header}\n0,0,0,1,0,0\n1.5,2,0.8,2,0,0\n"));
+    let names = |joints: Vec<JointFound>| joints.into_iter().map(|joint| joint.name).collect::<Vec<_>>();
+    assert_eq!(
+        (names(found.joints_with_torque()), names(found.joints_with_silent_torque())),
+        (vec!["a".into()], vec!["b".into()])
+    );
+}
+
+/// As controllers of Universal Robots name what they record.
+#[test]
+fn a_current_that_was_read_goes_before_a_torque_that_was_asked_for() {
+    let all = "actual_q_0,target_moment_0,target_current_0,actual_current_0";
+    assert_eq!(pairs(all).0, ["actual_q_0 actual_current_0"]);
+    assert_eq!(pairs(&all.replace(",actual_current_0", "")).0, ["actual_q_0 target_moment_0"]);
+    assert_eq!(pairs(&format!("{all},actual_torque_0")).0, ["actual_q_0 actual_torque_0"]);
 }
 
 #[test]
