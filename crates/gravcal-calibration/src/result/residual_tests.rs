@@ -100,6 +100,11 @@ pub enum ResidualTestKind {
     },
     /// Friction of an arm in motion that grows with the joint's torque.
     LoadFriction,
+    /// Friction of an arm in motion that is no line over the speed.
+    FrictionCurve {
+        /// Speed over which what is more or less than a line falls to a third, rad/s or m/s.
+        speed: f64,
+    },
     /// The zero of a position sensor that is another in another table.
     PositionOffset {
         /// The file that is farthest off.
@@ -135,6 +140,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::TorqueNonlinearity => f.write_str("torque nonlinearity"),
             ResidualTestKind::Crosstalk { joint } => write!(f, "crosstalk ({joint})"),
             ResidualTestKind::LoadFriction => f.write_str("friction by load"),
+            ResidualTestKind::FrictionCurve { .. } => f.write_str("friction by speed"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),
         }

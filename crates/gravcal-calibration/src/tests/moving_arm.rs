@@ -143,6 +143,8 @@ struct Recording {
     rotors: [f64; 3],
     /// Share of its torque by which the friction of the shoulder grows.
     load_friction: f64,
+    /// By how much the friction of the elbow is more where it hardly moves, N·m, and over which speed that falls to a third, rad/s.
+    more_at_first: Option<[f64; 2]>,
 }
 
 /// How far along its way an arm is that stops, the speed along it and the acceleration, s, 1, 1/s.
@@ -164,7 +166,7 @@ impl Recording {
 }
 
 fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
-    let Recording { seed, stops, lag, filter, rotors, load_friction } = recording;
+    let Recording { seed, stops, lag, filter, rotors, load_friction, more_at_first } = recording;
     let mut random = Pcg64::seed_from_u64(1000 * seed + u64::from(loaded));
     let mut rows: Vec<[f64; 7]> = Vec::new();
     let (parameters, mut dynamics) = (bodies(chain, loaded), InverseDynamics::new(chain));
@@ -185,7 +187,13 @@ fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
             let [gain, bias, position_gain, _, coulomb, viscous] = TRUTH[j];
             let speed = velocities[j] / position_gain;
             let of_load = if j == 1 { load_friction * dynamics.torque[j].abs() } else { 0.0 };
-            gain * dynamics.torque[j] + bias + (coulomb + of_load) * states[j][3] + viscous * speed + noise(NOISE)
+            let at_first =
+                more_at_first.filter(|_| j == 2).map_or(0.0, |[more, over]| more * (-speed.abs() / over).exp());
+            gain * dynamics.torque[j]
+                + bias
+                + (coulomb + of_load + at_first) * states[j][3]
+                + viscous * speed
+                + noise(NOISE)
         });
         let ([q1, q2, q3], [tau1, tau2, tau3]) = (positions, torques);
         rows.push([t, q1, q2, q3, tau1, tau2, tau3]);
@@ -414,6 +422,35 @@ fn friction_that_grows_with_the_torque_is_named_with_its_share() {
     // Of the reading, whose gain is 1.05.
     assert!(first.channel == "shoulder" && (first.size / (4.0 / 1.05) - 1.0).abs() < 0.3, "{first:?}");
     assert!(first.spoils_intervals && first.unit == "%", "{first:?}");
+}
+
+/// Stribeck's friction: named, and found where what the note says is typed.
+#[test]
+fn friction_that_is_no_line_over_the_speed_is_named_with_its_cure() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = Recording { seed: 1, more_at_first: Some([0.15, 0.1]), ..Recording::default() };
+    let named = |result: &EstimatorResult| {
+        let mut tests = result.residual_tests.iter();
+        tests.find(|test| test.named && matches!(test.kind, ResidualTestKind::FrictionCurve { .. })).cloned()
+    };
+    let result = estimated(&recorded(folder.path(), recording, SESSION));
+    let first = named(&result).unwrap_or_else(|| panic!("{:?}", result.notes));
+    assert!(first.channel == "elbow" && (first.size / 0.15 - 1.0).abs() < 0.5 && first.unit == "N·m", "{first:?}");
+    let note =
+        result.notes.iter().find(|note| note.contains("The friction of elbow is no line over its speed")).unwrap();
+    let cure = note.split("sensor_models = [").nth(1).unwrap().split("] in its [[joint]]").next().unwrap();
+    let own = format!("sensor_models = [{{ kind = \"coulomb-friction\" }}, {{ kind = \"viscous-friction\" }}, {cure}]");
+    let text = SESSION.replace("[[load]]", &format!("[[joint]]\nname = \"elbow\"\n{own}\n[[load]]"));
+    let mut result = estimated(&recorded(folder.path(), recording, &text));
+    assert_eq!(named(&result), None);
+    for (name, truth) in [("elbow.extra", 0.15), ("elbow.speed", 0.1)] {
+        let place = result.parameters.iter().position(|own| own.name == name).unwrap();
+        let found = result.parameters.remove(place);
+        let [value, std] = [found.value, found.std].map(Option::unwrap);
+        assert!((value - truth).abs() < 3.0 * std && std < 0.2 * truth, "{found:?}");
+    }
+    let all = errors(&result);
+    assert!(rms(&all) < 1.8, "{} {all:?}", rms(&all));
 }
 
 /// Of an arm in motion neither gravity alone nor gravity with friction predicts what the whole dynamics predict.

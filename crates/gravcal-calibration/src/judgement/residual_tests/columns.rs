@@ -9,6 +9,7 @@ use gravcal_robot_model::session::{Pose, Session};
 use nalgebra::Vector3;
 
 use super::delayed;
+use super::friction_curve;
 use super::loads::{StatedLoad, stated_loads};
 use super::of_torque::PredictedTorques;
 use super::rows::ReadingRow;
@@ -56,6 +57,8 @@ pub enum Term {
     Crosstalk,
     /// Of an arm in motion, in share of the reading.
     LoadFriction,
+    /// Of an arm in motion, in the unit of the reading.
+    FrictionCurve,
     /// Of a joint's coordinate.
     PositionOffsets,
     /// Of all channels: two coefficients for each table but the first, rad about axes perpendicular to gravity.
@@ -140,7 +143,7 @@ impl<'a> Columns<'a> {
                 terms.push(Term::Presliding);
             }
             if !self.predictions.is_empty() {
-                terms.extend([Term::TorqueLag, Term::TorqueFilter, Term::LoadFriction]);
+                terms.extend([Term::TorqueLag, Term::TorqueFilter, Term::LoadFriction, Term::FrictionCurve]);
             }
         }
         terms
@@ -203,6 +206,7 @@ impl<'a> Columns<'a> {
                 let of_load = |pose: usize| self.predicted.reading(pose, channel).abs();
                 vec![self.condition(channel, |pose| &pose.conditions.direction, of_load)]
             }
+            Term::FrictionCurve => self.over_speed(channel),
             Term::PositionOffsets => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
                 vec![self.coordinate(channel, |pose| f64::from(within(pose)))]
             }),
@@ -326,6 +330,27 @@ impl<'a> Columns<'a> {
     fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>, acts_on: impl Fn(usize) -> f64) -> Vec<f64> {
         let own = |pose: usize| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0);
         self.reading(joint, |pose| own(pose) * acts_on(pose))
+    }
+
+    /// Terms of a friction that is no line over the speed.
+    fn over_speed(&self, joint: usize) -> Vec<Vec<f64>> {
+        let fastest = self.highest_speed(joint);
+        let term = |term: usize| {
+            self.reading(joint, |pose| {
+                let conditions = &self.session.poses[pose].conditions;
+                let of_joint = |values: &[f64]| values.get(joint).copied().unwrap_or(0.0);
+                let [direction, speed] = [&conditions.direction, &conditions.velocity].map(|values| of_joint(values));
+                friction_curve::terms(direction, speed / fastest)[term]
+            })
+        };
+        if fastest > 0.0 { (0..friction_curve::TERMS).map(term).collect() } else { Vec::new() }
+    }
+
+    /// The highest speed of a joint's windows, rad/s or m/s.
+    pub fn highest_speed(&self, joint: usize) -> f64 {
+        let speed =
+            |pose: usize| self.session.poses[pose].conditions.velocity.get(joint).map_or(0.0, |speed| speed.abs());
+        self.poses(joint).map(speed).fold(0.0, f64::max)
     }
 
     /// A column of a joint's readings, each times what its torque makes of it.

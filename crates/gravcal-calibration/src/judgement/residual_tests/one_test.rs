@@ -5,6 +5,7 @@ use gravcal_recording::file_name;
 
 use super::candidate::{Candidate, Tested};
 use super::columns::Term;
+use super::friction_curve;
 use super::of_torque::per_torque;
 use super::score::{Score, dot};
 use super::search::Search;
@@ -48,6 +49,11 @@ impl Search<'_> {
                 (ResidualTestKind::Crosstalk { joint }, size, per_torque(self.session, channel, other, ""))
             }
             Term::LoadFriction => (ResidualTestKind::LoadFriction, 100.0 * first.abs(), "%".to_owned()),
+            Term::FrictionCurve => {
+                let (size, share) = friction_curve::seen_most(&coefficients).unwrap_or_default();
+                let speed = share * self.columns.highest_speed(channel);
+                (ResidualTestKind::FrictionCurve { speed }, size, unit)
+            }
             Term::PositionOffsets => {
                 let (file, size) = self.farthest(&self.columns.tables_of_all(), &coefficients);
                 (ResidualTestKind::PositionOffset { file }, size, "rad".to_owned())

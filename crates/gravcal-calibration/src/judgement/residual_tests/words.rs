@@ -1,5 +1,6 @@
 //! What a test says, and what to do about it.
 
+use gravcal_dynamics::{Joint, JointKind};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
@@ -284,6 +285,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         | ResidualTestKind::TorqueNonlinearity
         | ResidualTestKind::Crosstalk { .. }
         | ResidualTestKind::LoadFriction => of_torque(session, test),
+        ResidualTestKind::FrictionCurve { speed } => of_friction_curve(session, test, *speed),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
             tables(of_joint),
@@ -315,6 +317,9 @@ fn of_load_mass(load: &str, test: &ResidualTest) -> (String, String) {
 fn of_torque(session: &Session, test: &ResidualTest) -> (String, String) {
     let ResidualTest { channel, unit, .. } = test;
     let size = significant(test.size, 2);
+    // Where it is of all joints, units are those of the first.
+    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == *channel).unwrap_or(0);
+    let by_torque = |with: &str| per_torque(session, joint, joint, with);
     match &test.kind {
         ResidualTestKind::TorqueGain { file } => {
             let whose = if channel == ALL_JOINTS {
@@ -339,7 +344,7 @@ fn of_torque(session: &Session, test: &ResidualTest) -> (String, String) {
                 format!("The residuals show that the {whose}, by {size} {unit}."),
                 format!(
                     "Let the arm warm up before it is recorded; or estimate a steady drift (times are needed): {}.",
-                    formula(session, channel, "drift * torque * time", ("drift", "·s"))
+                    formula(channel, "drift * torque * time", &[("drift", by_torque("·s"), "limit = 0.01".into())])
                 ),
             )
         }
@@ -353,7 +358,10 @@ fn of_torque(session: &Session, test: &ResidualTest) -> (String, String) {
         ),
         ResidualTestKind::LoadFriction => (
             format!("The friction of {channel} grows with its torque: by {size} {unit} of it."),
-            format!("Estimate it: {}.", formula(session, channel, "share * abs(torque) * direction", ("share", ""))),
+            format!(
+                "Estimate it: {}.",
+                formula(channel, "share * abs(torque) * direction", &[("share", by_torque(""), "limit = 0.01".into())])
+            ),
         ),
         _ => (
             format!(
@@ -362,6 +370,26 @@ fn of_torque(session: &Session, test: &ResidualTest) -> (String, String) {
             "Estimate it: sensor_models = [{ kind = \"torque-gain-polynomial\" }] in its [[joint]].".into(),
         ),
     }
+}
+
+/// Friction that is no line over the speed, and how to estimate what it is more or less.
+fn of_friction_curve(session: &Session, test: &ResidualTest, speed: f64) -> (String, String) {
+    let ResidualTest { channel, unit, size, .. } = test;
+    let slides = |joint: &Joint| joint.name == *channel && joint.kind == JointKind::Prismatic;
+    let coordinate = if session.robot.chain.joints().iter().any(slides) { "m" } else { "rad" };
+    let (size, by, speed) = (significant(*size, 1), significant(size.abs(), 1), significant(speed, 1));
+    let more = if test.size > 0.0 { "more" } else { "less" };
+    let unknowns = [
+        ("extra", unit.clone(), format!("nominal = {size}, limit = {by}")),
+        ("speed", format!("{coordinate}/s"), format!("nominal = {speed}, limit = {speed}")),
+    ];
+    (
+        format!(
+            "The friction of {channel} is no line over its speed: it is about {by} {unit} {more} where the joint hardly moves, which falls to a third \
+             at {speed} {coordinate}/s."
+        ),
+        format!("Estimate it: {}.", formula(channel, "extra * direction * exp(-abs(velocity) / speed)", &unknowns)),
+    )
 }
 
 /// What to do about inertia that the model lacks.
@@ -402,15 +430,14 @@ fn tables(of_joint: bool) -> String {
     )
 }
 
-/// How to add a formula of one unknown to the torque reading of a channel, or of all joints with the unit of the first. `with`: what its unit has
-/// below the line beside the torque's.
-fn formula(session: &Session, channel: &str, adds: &str, (unknown, with): (&str, &str)) -> String {
-    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == channel);
-    let unit = per_torque(session, joint.unwrap_or(0), joint.unwrap_or(0), with);
-    let place = if joint.is_some() { "its [[joint]]" } else { "[joints]" };
+/// How to add a formula to the torque reading of a channel, or of all joints; of each unknown its name, unit, and what else is said of it.
+fn formula(channel: &str, adds: &str, unknowns: &[(&str, String, String)]) -> String {
+    let place = if channel == ALL_JOINTS { "[joints]" } else { "its [[joint]]" };
+    let unknowns = unknowns.iter().map(|(name, unit, said)| format!("{name} = {{ unit = \"{unit}\", {said} }}"));
+    let unknowns: Vec<String> = unknowns.collect();
     format!(
-        "sensor_models = [{{ kind = \"formula\", adds = \"{adds}\", unknowns = {{ {unknown} = {{ unit = \"{unit}\", limit = 0.01 }} }} }}] in \
-         {place}"
+        "sensor_models = [{{ kind = \"formula\", adds = \"{adds}\", unknowns = {{ {} }} }}] in {place}",
+        unknowns.join(", ")
     )
 }
 
