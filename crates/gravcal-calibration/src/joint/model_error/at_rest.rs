@@ -89,7 +89,7 @@ impl MeasurementSet {
 }
 
 /// What the nearest other joint of the same kind shows, of two the larger, in the unit of this one's readings; zero where none shows anything.
-fn of_nearest(session: &Session, shown: &[f64], joint: usize) -> f64 {
+pub(super) fn of_nearest(session: &Session, shown: &[f64], joint: usize) -> f64 {
     let chain = session.robot.chain.joints();
     let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
     let shows = |other: &usize| *other != joint && shown[*other] > 0.0 && chain[*other].kind == chain[joint].kind;

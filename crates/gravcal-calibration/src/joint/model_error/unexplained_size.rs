@@ -2,17 +2,50 @@
 //!
 //! Beside the noise of means they may be a hundred times as large, and all is well: the longer a dwell, the less noise has its mean. What
 //! they spoil is told by their size beside gravity's torque on the joint itself (standard deviation over the poses). A joint that carries
-//! next to nothing spoils nothing: it is held against a tenth of what the joint of its kind carries that carries most.
+//! next to nothing spoils nothing: it is held against a tenth of what the joint of its kind carries that carries most. The first joint of an upright
+//! arm has the friction of the second and nothing to carry: where its errors are like those of a neighbour that gravity explains, they are friction, too.
 
 use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
+use super::at_rest::of_nearest;
 use crate::joint::solved::Solved;
 use crate::result::UnexplainedResult;
 
 /// Share of what the like channel reads of gravity that reads most of it: no channel is held against less.
 const LEAST_SHARE: f64 = 0.1;
+/// From this share of what they are held against on, errors contradict the model.
+pub(in crate::joint) const LARGE: f64 = 0.1;
+/// Errors of neighbours up to this ratio are alike: their gears are.
+const ALIKE: f64 = 2.0;
+
+/// Errors of a channel, or noise that was found in it, beside what gravity makes it read.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::joint) struct BesideGravity {
+    /// Their standard deviation, unit of the reading.
+    pub std: f64,
+    /// Of what gravity makes the channel read, unit of the reading.
+    pub gravity_std: f64,
+    /// Of what they are held against.
+    pub share: f64,
+}
+
+/// Which joints err no more than a neighbour does whose readings gravity explains, and carry next to nothing beside others. `errors`: by channel.
+pub(in crate::joint) fn err_as_neighbours(session: &Session, errors: &[Option<BesideGravity>]) -> Vec<bool> {
+    let of_joints = &errors[..session.joints.len()];
+    let explained = |own: &Option<BesideGravity>| own.filter(|own| own.share <= LARGE).map_or(0.0, |own| own.std);
+    let explained: Vec<f64> = of_joints.iter().map(explained).collect();
+    let is_alike = |(channel, own): (usize, &Option<BesideGravity>)| {
+        own.is_some_and(|BesideGravity { std, gravity_std, share }| {
+            let held_against = std / share;
+            channel < explained.len()
+                && held_against > gravity_std
+                && std <= ALIKE * of_nearest(session, &explained, channel)
+        })
+    };
+    errors.iter().enumerate().map(is_alike).collect()
+}
 
 impl Solved {
     /// Of each channel where the session has such errors.
@@ -38,17 +71,18 @@ impl Solved {
         Ok(errors.iter().enumerate().map(size).collect())
     }
 
-    /// Noise that was found in each channel whose readings state none: its standard deviation, unit of the reading, and its share of what
-    /// gravity makes the channel read.
+    /// Noise that was found in each channel whose readings state none.
     pub(in crate::joint) fn noise_beside_gravity(
         &self,
         session: &Session,
-    ) -> Result<Vec<Option<(f64, f64)>>, EvaluateError> {
+    ) -> Result<Vec<Option<BesideGravity>>, EvaluateError> {
         let (noise, found) = (self.noise_by_channel(session), session.noise_estimated());
-        let references = references(session, &self.gravity_std(session)?);
+        let gravity = self.gravity_std(session)?;
+        let references = references(session, &gravity);
         let of_channel = |channel: usize| {
             let (std, reference) = (noise[channel].filter(|_| found[channel])?, references[channel]);
-            (reference > 0.0).then(|| (std, std / reference))
+            let beside = BesideGravity { std, gravity_std: gravity[channel], share: std / reference };
+            (reference > 0.0).then_some(beside)
         };
         Ok((0..session.channel_count()).map(of_channel).collect())
     }
@@ -153,6 +187,25 @@ mod tests {
         let found = references(&session, &[0.5, 200.0, 4000.0]);
         assert!(near(&found, &[4.0, 200.0, 4000.0]), "{found:?}");
         assert_eq!(references(&session, &[0.0; 3]), [0.0; 3]);
+    }
+
+    /// Joint 1 errs as joint 2, and joint 3 by more than twice as much as joint 2, which is its neighbour and which gravity explains.
+    #[test]
+    fn a_joint_that_carries_next_to_nothing_may_err_as_its_neighbour_does() {
+        let mut session = sarcos_shoulder().session(0);
+        session.joints[1].parameters[SensorParameter::TorqueGain as usize].nominal =
+            10.0 * session.nominal(ParameterId::Sensor(0, SensorParameter::TorqueGain));
+        session.joints[2].parameters[SensorParameter::TorqueGain as usize].nominal =
+            session.nominal(ParameterId::Sensor(0, SensorParameter::TorqueGain));
+        let beside =
+            |std: f64, gravity_std: f64, against: f64| Some(BesideGravity { std, gravity_std, share: std / against });
+        let errors = [beside(0.7, 1.0, 5.0), beside(5.0, 500.0, 500.0), beside(1.1, 2.0, 5.0)];
+        assert_eq!(err_as_neighbours(&session, &errors), [true, false, false]);
+        // One that carries as much as it is held against has no such excuse; nor is one that errs by as large a share.
+        let carries = [beside(0.7, 5.0, 5.0), errors[1], errors[2]];
+        assert_eq!(err_as_neighbours(&session, &carries), [false; 3]);
+        let both = [errors[0], beside(60.0, 500.0, 500.0), None];
+        assert_eq!(err_as_neighbours(&session, &both), [false; 3]);
     }
 
     /// Forces with forces, moments with moments, and neither with joints nor with another instrument.

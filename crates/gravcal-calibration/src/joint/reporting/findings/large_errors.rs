@@ -5,13 +5,13 @@ use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::model_error::unexplained_size::{BesideGravity, LARGE, err_as_neighbours};
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::instruments::of_instruments;
 use crate::joint::reporting::findings::verdict::Findings;
 use crate::result::UnexplainedResult;
 
-/// Errors of so large a share of what gravity makes a sensor read contradict the model; from the smaller one on they are told.
-const LARGE: f64 = 0.1;
+/// Errors of so large a share of what gravity makes a sensor read are told.
 const WARNING: f64 = 0.03;
 /// Beyond this share of the torques of gravity, all joints counted together, residuals are no noise of anything: the model is another robot's, or
 /// the arm moves.
@@ -40,12 +40,18 @@ impl Answer {
 
     /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
     pub(in crate::joint::reporting) fn remark_on_unexplained(&self, session: &Session, findings: &mut Findings) {
-        let reported = self.unexplained.iter().enumerate().filter_map(|(channel, size)| {
-            let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
-            let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
-            Some(Errors::of(session, channel, std, share))
-        });
-        let (failing, warned): (Vec<_>, Vec<_>) = reported.partition(|errors| errors.share > LARGE);
+        let beside = |size: &Option<UnexplainedResult>| {
+            let UnexplainedResult { std, gravity_std, share_of_gravity, .. } = size.filter(|size| size.estimated)?;
+            Some(BesideGravity { std, gravity_std, share: share_of_gravity? })
+        };
+        let errors: Vec<Option<BesideGravity>> = self.unexplained.iter().map(beside).collect();
+        let excused = err_as_neighbours(session, &errors);
+        let (mut failing, mut warned) = (Vec::new(), Vec::new());
+        for (channel, own) in errors.iter().enumerate() {
+            let Some(BesideGravity { std, share, .. }) = own.filter(|own| own.share > WARNING) else { continue };
+            let group = if share > LARGE && !excused[channel] { &mut failing } else { &mut warned };
+            group.push(Errors::of(session, channel, std, share));
+        }
         if !warned.is_empty() {
             findings.remark(format!(
                 "Errors that the noise does not explain, beside what gravity makes the sensor read: {}. Intervals allow for them \
@@ -82,8 +88,9 @@ impl Answer {
             return Ok(false);
         }
         let sizes = self.solved.noise_beside_gravity(session)?;
+        let excused = err_as_neighbours(session, &sizes);
         let large = sizes.iter().enumerate().filter_map(|(channel, size)| {
-            let (std, share) = size.filter(|(_, share)| *share > LARGE)?;
+            let BesideGravity { std, share, .. } = size.filter(|size| size.share > LARGE && !excused[channel])?;
             Some(Errors::of(session, channel, std, share))
         });
         let large: Vec<Errors> = large.collect();
@@ -161,7 +168,8 @@ mod tests {
         let mut session = sarcos_shoulder().session(0);
         session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
         let mut answer = answer(&session);
-        let (own, share_of_own) = answer.solved.noise_beside_gravity(&session).unwrap()[1].unwrap();
+        let BesideGravity { std: own, share: share_of_own, .. } =
+            answer.solved.noise_beside_gravity(&session).unwrap()[1].unwrap();
         let state = answer.solved.state(&State::nominal(&session));
         let mut doubts = |share: f64| {
             let mut readings = answer.solved.readings().clone();
