@@ -80,7 +80,7 @@ fn random_start(session: &Session, truth: &Truth, random: &mut Pcg64) -> State {
 /// − ln L where a start leads, if it leads somewhere.
 fn from(truth: &Truth, session: &Session, start: State) -> Option<f64> {
     let mut readings = select(session, Signals::All);
-    let alike = vec![true; session.joints.len()];
+    let alike = vec![Some(0); session.joints.len()];
     let (mut values, mut end) = (None, None);
     for _ in 0..if truth.said.std { 1 } else { ROUNDS } {
         let built = build_problem(session, &readings, &start).ok()?;

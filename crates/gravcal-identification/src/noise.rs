@@ -1,8 +1,8 @@
 //! Noise of sensors where no reading states it: from the residuals, one standard deviation for each channel.
 //!
 //! A channel's variance `s² = Σ r²/d` has few degrees of freedom `d` where poses are few, and may by chance be a quarter of what it should be.
-//! The variances of channels that are alike are therefore taken for draws from one distribution, `1/σ² ~ χ²_{d₀}/(d₀ s₀²)`, whose `d₀` and `s₀` come from how much
-//! they differ (Smyth, *Statistical Applications in Genetics and Molecular Biology* 3, 2004, equations in section 6.2), and each is
+//! The variances of channels that are alike (torque sensors of joints; the forces of a wrist sensor; its moments) are therefore taken for draws
+//! from one distribution, `1/σ² ~ χ²_{d₀}/(d₀ s₀²)`, whose `d₀` and `s₀` come from how much they differ (Smyth, *Statistical Applications in Genetics and Molecular Biology* 3, 2004, equations in section 6.2), and each is
 //!
 //! ```text
 //!     (d₀ s₀² + d s²)/(d₀ + d)
@@ -24,6 +24,8 @@
 //! ```text
 //!     σ = median |r| / √(1 − h) / 0.6745         (Huber, Robust statistics, 1981, section 5.1; h: leverage)
 //! ```
+
+use std::collections::BTreeMap;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use statrs::function::gamma::digamma;
@@ -49,19 +51,23 @@ pub struct ReadingResidual {
 }
 
 /// Standard deviation of each channel's readings by the squares of its residuals, allowing for the parameters that the rows themselves took
-/// up, unit of the reading; nothing for a channel whose residuals tell none. `alike`: whether a channel's noise is one of those that are
-/// drawn from one distribution.
-pub fn noise_by_squares(readings: &[ReadingResidual], alike: &[bool]) -> Vec<Option<f64>> {
-    let mut residuals = vec![Residuals::default(); alike.len()];
+/// up, unit of the reading; nothing for a channel whose residuals tell none. `groups`: of each channel, the number of those whose noises are drawn
+/// from one distribution, if it is one of several that are alike.
+pub fn noise_by_squares(readings: &[ReadingResidual], groups: &[Option<usize>]) -> Vec<Option<f64>> {
+    let mut residuals = vec![Residuals::default(); groups.len()];
     for ReadingResidual { channel, std, row } in readings {
         let residual = row.whitened * std;
         residuals[*channel].squares += residual * residual;
         residuals[*channel].freedom += (1.0 - row.leverage).max(0.0);
     }
-    let of_alike = residuals.iter().zip(alike).filter(|(_, alike)| **alike);
-    let common = CommonNoise::of(&of_alike.map(|(residuals, _)| *residuals).collect::<Vec<_>>());
-    let noise = residuals.iter().zip(alike).map(|(residuals, alike)| {
-        let common = common.as_ref().filter(|_| *alike);
+    let mut members: BTreeMap<usize, Vec<Residuals>> = BTreeMap::new();
+    for (residuals, group) in residuals.iter().zip(groups) {
+        group.iter().for_each(|group| members.entry(*group).or_default().push(*residuals));
+    }
+    let common: BTreeMap<usize, CommonNoise> =
+        members.into_iter().filter_map(|(group, members)| Some((group, CommonNoise::of(&members)?))).collect();
+    let noise = residuals.iter().zip(groups).map(|(residuals, group)| {
+        let common = group.and_then(|group| common.get(&group));
         let variance = residuals.variance().map(|own| common.map_or(own, |common| common.moderated(*residuals)));
         variance.map(f64::sqrt)
     });
@@ -219,8 +225,8 @@ mod tests {
     fn what_rounding_leaves_of_readings_that_are_all_taken_up_is_no_noise() {
         let row = RowResidual { whitened: 1e-7, leverage: 1.0 - 1e-13 };
         let readings = [0, 0, 1].map(|channel| ReadingResidual { channel, std: 1.0, row });
-        for alike in [false, true] {
-            assert_eq!(noise_by_squares(&readings, &[alike; 2]), [None, None]);
+        for group in [None, Some(0)] {
+            assert_eq!(noise_by_squares(&readings, &[group; 2]), [None, None]);
         }
     }
 
@@ -266,11 +272,26 @@ mod tests {
         let (first, second) = ([0.3, -0.5, 0.1, 0.4, -0.3], [20.0, -30.0, 10.0]);
         let readings = [of_channel(0, 2.0, &first), of_channel(2, 0.5, &second)].concat();
         let sample = |r: &[f64]| (r.iter().map(|r| r * r).sum::<f64>() / (r.len() - 1) as f64).sqrt();
-        let noise = noise_by_squares(&readings, &[false; 3]);
+        let noise = noise_by_squares(&readings, &[None; 3]);
         assert!(
             (noise[0].unwrap() - sample(&first)).abs() < 1e-12 && (noise[2].unwrap() - sample(&second)).abs() < 1e-9
         );
         assert_eq!(noise[1], None, "nobody read it");
+    }
+
+    /// Channels 0 and 1 differ by chance, 2 and 3 too, and 4 belongs to none.
+    #[test]
+    fn channels_of_a_group_have_one_noise_and_those_of_others_theirs() {
+        let readings: Vec<ReadingResidual> = [0.1, 0.2, 10.0, 20.0, 5.0]
+            .into_iter()
+            .enumerate()
+            .flat_map(|(channel, size)| of_channel(channel, 1.0, &[size, -size, size]))
+            .collect();
+        let noise = noise_by_squares(&readings, &[Some(0), Some(0), Some(3), Some(3), None]);
+        let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|channel: usize| noise[channel].unwrap());
+        let root = |mean: f64| (1.5 * mean).sqrt();
+        let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-12;
+        assert!(near(a, root(0.025)) && a == b && near(c, root(250.0)) && c == d && near(e, root(25.0)), "{noise:?}");
     }
 
     #[test]

@@ -11,11 +11,7 @@ impl Solved {
     /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up. `rows`: the solution's
     /// own, here and below.
     pub(in crate::joint) fn residual_noise(&self, session: &Session, rows: &[RowResidual]) -> Vec<f64> {
-        let estimated = session.noise_estimated();
-        let joints = session.joints.len();
-        let alike: Vec<bool> =
-            (0..session.channel_count()).map(|channel| channel < joints && estimated[channel]).collect();
-        self.or_as_before(noise_by_squares(&self.reading_residuals(session, rows), &alike))
+        self.or_as_before(noise_by_squares(&self.reading_residuals(session, rows), &alike(session)))
     }
 
     /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
@@ -62,6 +58,13 @@ impl Solved {
         let readings = self.reading_residuals(session, &self.row_residuals()?);
         Ok(self.least_cost() + readings.into_iter().map(size).sum::<f64>())
     }
+}
+
+/// Of each channel whose noise is found, the number of those that are alike: torque sensors of joints, forces of an instrument, its moments.
+fn alike(session: &Session) -> Vec<Option<usize>> {
+    let group = |channel: usize| session.axis(channel).map_or(0, |(instrument, axis)| 1 + 2 * instrument + axis / 3);
+    let estimated = session.noise_estimated().into_iter().enumerate();
+    estimated.map(|(channel, estimated)| estimated.then(|| group(channel))).collect()
 }
 
 /// Of each channel, whether the size of its errors is found from the residuals.
