@@ -111,6 +111,28 @@ fn a_wrist_sensor_is_calibrated_by_how_it_stood() {
     assert_true(&estimated(&session));
 }
 
+/// Of each axis few readings are left to tell its noise: by itself the quietest would draw the fit, and seem quieter still.
+#[test]
+fn a_wrist_sensor_without_std_that_is_read_in_few_poses_is_not_told_too_well() {
+    let text = SESSION.replace(", std = [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]", "");
+    let all = table("w,x,y,z", 1.0, wxyz);
+    let (head, rows) = all.split_once('\n').unwrap();
+    let rows: Vec<&str> = rows.lines().collect();
+    let moment = ["tool_moment_x", "tool_moment_y", "tool_moment_z"].into_iter().zip(MOMENT);
+    let truth: Vec<(&str, f64)> = [("tool_mass", MASS)].into_iter().chain(moment).collect();
+    let mut told = 0;
+    for few in (3..=6).flat_map(|poses| rows.chunks_exact(poses)) {
+        let result = estimated(&read(&text, &format!("{head}\n{}\n", few.join("\n"))).unwrap());
+        for (name, truth) in &truth {
+            let parameter = result.parameters.iter().find(|own| own.name == format!("wrist.{name}")).unwrap();
+            let (Some(value), Some(std)) = (parameter.value, parameter.std) else { continue };
+            assert!((value - truth).abs() < 4.0 * std, "{} poses, {name}: {value} ± {std}, not {truth}", few.len());
+            told += 1;
+        }
+    }
+    assert!(told > 100, "{told}");
+}
+
 #[test]
 fn newtons_of_a_wrist_sensor_go_with_newton_metres() {
     let poses = table("w,x,y,z", 1.0, wxyz);

@@ -201,7 +201,7 @@ mod tests {
             |std: f64, gravity_std: f64, against: f64| Some(BesideGravity { std, gravity_std, share: std / against });
         let errors = [beside(0.7, 1.0, 5.0), beside(5.0, 500.0, 500.0), beside(1.1, 2.0, 5.0)];
         assert_eq!(err_as_neighbours(&session, &errors), [true, false, false]);
-        // One that carries as much as it is held against has no such excuse; nor is one that errs by as large a share.
+        // One that carries as much as it is held against has no such excuse, nor has one whose neighbour errs by as large a share.
         let carries = [beside(0.7, 5.0, 5.0), errors[1], errors[2]];
         assert_eq!(err_as_neighbours(&session, &carries), [false; 3]);
         let both = [errors[0], beside(60.0, 500.0, 500.0), None];

@@ -7,7 +7,8 @@
 //! of that fit.
 //!
 //! **An arm in motion.** That a torque is recorded late, or filtered, shows in the slope and the bend of the predicted readings over time
-//! ([`delayed`]); that friction builds up after a joint turned round, in what windows say of it; that it is no line over the speed, in their speeds ([`friction_curve`]).
+//! ([`delayed`]); that friction builds up after a joint turned round, in what windows say of it; that it is no line
+//! over the speed, in their speeds ([`friction_curve`]).
 //!
 //! **What goes with the torque.** A gain that drifts, a reading that goes with the square or cube of its torque, or with the torques of other joints; of
 //! an arm in motion, friction that grows with the torque ([`of_torque`]).

@@ -1,6 +1,6 @@
 //! What a test says, and what to do about it.
 
-use gravcal_dynamics::{Joint, JointKind};
+use gravcal_dynamics::JointKind;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
@@ -375,10 +375,13 @@ fn of_torque(session: &Session, test: &ResidualTest) -> (String, String) {
 /// Friction that is no line over the speed, and how to estimate what it is more or less.
 fn of_friction_curve(session: &Session, test: &ResidualTest, speed: f64) -> (String, String) {
     let ResidualTest { channel, unit, size, .. } = test;
-    let slides = |joint: &Joint| joint.name == *channel && joint.kind == JointKind::Prismatic;
-    let coordinate = if session.robot.chain.joints().iter().any(slides) { "m" } else { "rad" };
+    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == *channel).unwrap_or(0);
+    let coordinate = if session.robot.chain.joints()[joint].kind == JointKind::Prismatic { "m" } else { "rad" };
+    // Friction takes a torque of the motion's sign; both sensors may read the other way.
+    let gain = |gain| session.nominal(ParameterId::Sensor(joint, gain));
+    let sign = gain(SensorParameter::TorqueGain) * gain(SensorParameter::PositionGain);
+    let more = if size * sign > 0.0 { "more" } else { "less" };
     let (size, by, speed) = (significant(*size, 1), significant(size.abs(), 1), significant(speed, 1));
-    let more = if test.size > 0.0 { "more" } else { "less" };
     let unknowns = [
         ("extra", unit.clone(), format!("nominal = {size}, limit = {by}")),
         ("speed", format!("{coordinate}/s"), format!("nominal = {speed}, limit = {speed}")),
