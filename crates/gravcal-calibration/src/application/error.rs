@@ -56,6 +56,16 @@ pub enum ApplicationError {
         /// The sensor's model.
         model: String,
     },
+    /// Joints that give way under their torque.
+    #[error(
+        "the session estimates compliances ({}), by which the angles of a recording are not corrected: calibrate without \
+         compliance_std_rad_per_newton_metre in [deflection]; gravcal export --to csv writes them",
+        names.join(", ")
+    )]
+    Compliance {
+        /// Their names.
+        names: Vec<String>,
+    },
     /// A column of the session is not in the recording.
     #[error("the recording has no column `{column}`, which the session's [readings] name; its columns are {known}")]
     NoColumn {

@@ -85,6 +85,7 @@ impl<'a> Application<'a> {
         if session.joints.is_empty() {
             return Err(ApplicationError::NoJoints);
         }
+        check_stiffness(session)?;
         check_conditions(session)?;
         let values = values(session, calibration, nominal)?;
         let gravity = match effort {
@@ -272,6 +273,15 @@ impl<'a> Application<'a> {
         let found = terms.torques(&self.torques, &at, &self.values);
         found.unwrap_or_else(|| vec![f64::NAN; self.torques.len()])
     }
+}
+
+/// Whether coordinates follow from the readings of their own joints alone.
+fn check_stiffness(session: &Session) -> Result<(), ApplicationError> {
+    let Some(first) = session.deflection.compliance else { return Ok(()) };
+    let of_joints = (first..first + session.joints.len()).map(ParameterId::Further);
+    let give_way = of_joints.filter(|id| session.parameter(*id).fixed.is_none());
+    let names: Vec<String> = give_way.map(|id| session.parameter_name(id)).collect();
+    if names.is_empty() { Ok(()) } else { Err(ApplicationError::Compliance { names }) }
 }
 
 /// Whether a recording says all that the sensors' models need.

@@ -308,6 +308,15 @@ fn what_a_recording_cannot_say_is_refused() {
         assert_eq!(error, ApplicationError::NoVelocities { joint: "joint2".into(), model: "viscous-friction".into() });
     }
 
+    let (mut session, calibration) = truth(&sarcos_shoulder());
+    session.let_joints_give_way(&[0.0, 1e-4, 1e-4]);
+    let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
+    let names = ["joint2.compliance", "joint3.compliance"].map(str::to_owned).into();
+    assert_eq!(error, ApplicationError::Compliance { names });
+    session.deflection.compliance = None;
+    session.let_joints_give_way(&[0.0; 3]);
+    assert!(Application::new(&session, &calibration, &Effort::Torque, false).is_ok());
+
     let (session, mut calibration) = truth(&sarcos_shoulder());
     let mut application = Application::new(&session, &calibration, &Effort::Torque, false).unwrap();
     let error = application.find(&columns()[..5]).unwrap_err().to_string();
