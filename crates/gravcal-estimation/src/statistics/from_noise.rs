@@ -30,7 +30,8 @@
 //!     max(1, ½ √(ν/χ²_ν(P)))                χ²_ν(P): the quantile of probability P = 0.001
 //! ```
 //!
-//! so that at most one in 1,000 is below half of the right one: by 5.6 with ν = 3, 1.5 with 8, 1 from 17 on. Intervals stay.
+//! so that at most one in 1,000 is below half of the right one: by 5.6 with ν = 3, 1.5 with 8, 1 from 17 on. Intervals stay. Several noises that are
+//! found from the same residuals share their degrees of freedom: each is taken to have as many as the others.
 
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
@@ -49,7 +50,10 @@ pub enum NoiseScale {
     /// Stated before the residuals were seen: the covariance as it is, normal intervals.
     Stated,
     /// Already found from these residuals: the covariance as it is, larger where they are few; Student's intervals.
-    Found,
+    Found {
+        /// How many noises share the degrees of freedom: one of forces and one of moments are two.
+        noises: usize,
+    },
     /// Stated up to a common factor, which the residuals tell: the covariance is scaled by χ² over its degrees of freedom,
     /// Student's intervals.
     Relative,
@@ -70,7 +74,8 @@ impl Uncertainty {
         if rows <= rank {
             return Err(StatisticsError::NoFreedom { rows, rank });
         }
-        let freedom = (rows - rank) as f64;
+        let shared_by = if let NoiseScale::Found { noises } = noise { noises.max(1) } else { 1 };
+        let freedom = (rows - rank) as f64 / shared_by as f64;
         let covariance = if robust {
             of_m_estimator(solution)?
         } else {
@@ -80,11 +85,11 @@ impl Uncertainty {
                     let residuals = solution.problem.residuals(solution.values)?;
                     plain.scaled(residuals.iter().map(|r| r * r).sum::<f64>() / freedom)
                 }
-                NoiseScale::Stated | NoiseScale::Found => plain,
+                NoiseScale::Stated | NoiseScale::Found { .. } => plain,
             }
         };
         // With a loss, too, the size of the noise is then known by these residuals alone.
-        let larger = if noise == NoiseScale::Found { cautious_factor(freedom) } else { 1.0 };
+        let larger = if matches!(noise, NoiseScale::Found { .. }) { cautious_factor(freedom) } else { 1.0 };
         let quantile = Quantile::student(freedom).for_deviations_larger_by(larger);
         Ok(Uncertainty::with_quantile(covariance.scaled(larger * larger), quantile))
     }
@@ -170,7 +175,7 @@ mod tests {
         let [low, high] = relative.interval(0.0, &[(1, 1.0)]);
         let student = 3.182_446_305 * (0.1 * variance).sqrt();
         assert!((high - student).abs() < 1e-8 && (low + student).abs() < 1e-8);
-        let found = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found).unwrap();
+        let found = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 1 }).unwrap();
         assert!(found.interval(0.0, &[(1, 1.0)])[1] > 1.6 * stated.interval(0.0, &[(1, 1.0)])[1]);
     }
 
@@ -178,21 +183,25 @@ mod tests {
     #[test]
     fn deviations_that_few_residuals_tell_are_told_larger_and_their_intervals_stay() {
         let solved = fit(line(&[0.1, 1.3, 1.8, 3.4, 3.9]));
-        let [stated, found] =
-            [NoiseScale::Stated, NoiseScale::Found].map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
+        let [stated, found] = [NoiseScale::Stated, NoiseScale::Found { noises: 1 }]
+            .map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
         let larger = found.covariance().std_of(&[(1, 1.0)]) / stated.covariance().std_of(&[(1, 1.0)]);
         assert!((larger - 0.5 * (3.0_f64 / 0.0243).sqrt()).abs() < 2e-3 * larger, "{larger}");
         let width = found.interval(0.0, &[(1, 1.0)])[1] / stated.covariance().std_of(&[(1, 1.0)]);
         assert!((width - 3.182_446_305).abs() < 1e-6, "{width}");
         assert!((cautious_factor(8.0) - 0.5 * (8.0_f64 / 0.857).sqrt()).abs() < 1e-3);
         assert_eq!([17.0, 100.0, 1e6].map(cautious_factor), [1.0; 3]);
+        // Two noises have one and a half each.
+        let two = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 2 }).unwrap();
+        let larger = two.covariance().std_of(&[(1, 1.0)]) / stated.covariance().std_of(&[(1, 1.0)]);
+        assert!((larger / cautious_factor(1.5) - 1.0).abs() < 1e-12 && larger > 10.0, "{larger}");
     }
 
     #[test]
     fn deviations_with_a_loss_are_told_as_much_larger() {
         let solved = fit_robustly(&[-0.5, 0.4, 0.1, -0.3, 0.2, 0.6, -0.6, 30.0], Loss::Huber(1.0));
-        let [stated, found] =
-            [NoiseScale::Stated, NoiseScale::Found].map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
+        let [stated, found] = [NoiseScale::Stated, NoiseScale::Found { noises: 1 }]
+            .map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
         let larger = found.covariance().std_of(&[(0, 1.0)]) / stated.covariance().std_of(&[(0, 1.0)]);
         assert!((larger - cautious_factor(7.0)).abs() < 1e-12 && larger > 1.5, "{larger}");
         let [of_stated, of_found] = [stated, found].map(|known| known.interval(0.0, &[(0, 1.0)])[1]);
@@ -203,7 +212,7 @@ mod tests {
     fn without_a_residual_left_there_is_no_noise_to_estimate() {
         let solved = fit(line(&[1.0, 2.0]));
         assert!(Uncertainty::from_noise(&solved.solution(), NoiseScale::Stated).is_ok());
-        let refused = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found).unwrap_err();
+        let refused = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 1 }).unwrap_err();
         assert_eq!(refused, StatisticsError::NoFreedom { rows: 2, rank: 2 });
     }
 

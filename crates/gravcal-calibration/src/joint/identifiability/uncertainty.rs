@@ -15,6 +15,7 @@ use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::pose_blocks::BlocksOfPoses;
 use crate::joint::solved::Solved;
+use crate::joint::solving::noise::noises;
 use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
 
 /// Fewer poses do not tell by themselves what an error of the model does.
@@ -82,7 +83,7 @@ impl Solved {
         let robust = self.built.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
         let noise_scale = match (widened_by, estimated) {
-            (_, true) => NoiseScale::Found,
+            (_, true) => NoiseScale::Found { noises: noises(session) },
             (Some(_), false) => NoiseScale::Relative,
             (None, false) => NoiseScale::Stated,
         };

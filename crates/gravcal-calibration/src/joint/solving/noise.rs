@@ -1,5 +1,7 @@
 //! Noise of the sensors where no reading states it: from the residuals of their channels.
 
+use std::collections::BTreeSet;
+
 use gravcal_estimation::EvaluateError;
 use gravcal_identification::{ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
@@ -65,6 +67,11 @@ fn alike(session: &Session) -> Vec<Option<usize>> {
     let group = |channel: usize| session.axis(channel).map_or(0, |(instrument, axis)| 1 + 2 * instrument + axis / 3);
     let estimated = session.noise_estimated().into_iter().enumerate();
     estimated.map(|(channel, estimated)| estimated.then(|| group(channel))).collect()
+}
+
+/// How many noises are found, if channels that are alike have one.
+pub(in crate::joint) fn noises(session: &Session) -> usize {
+    alike(session).into_iter().flatten().collect::<BTreeSet<usize>>().len()
 }
 
 /// Of each channel, whether the size of its errors is found from the residuals.
