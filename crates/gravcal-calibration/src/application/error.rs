@@ -66,6 +66,16 @@ pub enum ApplicationError {
         /// Their names.
         names: Vec<String>,
     },
+    /// What the calibration found of a joint's readings and the session leaves out.
+    #[error(
+        "the calibration says that readings depend on {}, of which the session says nothing: it is of a session with other sensor models. \
+         Write those models in the session",
+        names.join(", ")
+    )]
+    OtherModels {
+        /// The parameters of the calibration.
+        names: Vec<String>,
+    },
     /// A column of the session is not in the recording.
     #[error("the recording has no column `{column}`, which the session's [readings] name; its columns are {known}")]
     NoColumn {

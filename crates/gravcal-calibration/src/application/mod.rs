@@ -32,7 +32,7 @@ pub use self::values::check_units;
 
 use self::columns::Columns;
 use self::friction_sign::FrictionSign;
-use self::values::values;
+use self::values::{check_models, values};
 use crate::joint::State;
 
 /// Step of numerical differentiation of a position sensor's terms, rad or m: their periods are far longer.
@@ -87,6 +87,7 @@ impl<'a> Application<'a> {
         }
         check_stiffness(session)?;
         check_conditions(session)?;
+        check_models(session, calibration)?;
         let values = values(session, calibration, nominal)?;
         let gravity = match effort {
             Effort::Torque => None,

@@ -326,3 +326,18 @@ fn what_a_recording_cannot_say_is_refused() {
     let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
     assert_eq!(error, ApplicationError::OtherSession { name: "joint1.torque_gain".into() });
 }
+
+/// A model that the calibration found and another session leaves out would pass into torques and angles.
+#[test]
+fn a_model_that_the_session_leaves_out_is_refused() {
+    let (plain, _) = truth(&shoulder());
+    let (_, mut calibration) = truth(&with_model(shoulder(), 1, "viscous-friction", &Options::default(), &[0.1]));
+    let error = Application::new(&plain, &calibration, &Effort::Torque, false).unwrap_err();
+    assert_eq!(error, ApplicationError::OtherModels { names: vec!["joint2.viscous_friction".into()] });
+
+    // What was held at nothing changes nothing; what belongs to no joint is of no joint's readings.
+    let parameter = calibration.parameters.iter_mut().find(|found| found.name == "joint2.viscous_friction").unwrap();
+    parameter.held = Some("the session fixes it".into());
+    calibration.parameters.push(EarlierParameter { name: "wrist.fx.gain".into(), ..calibration.parameters[0].clone() });
+    assert!(Application::new(&plain, &calibration, &Effort::Torque, false).is_ok());
+}

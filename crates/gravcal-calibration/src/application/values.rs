@@ -1,5 +1,7 @@
 //! A calibration's values as those of a session.
 
+use std::collections::HashSet;
+
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
@@ -25,6 +27,18 @@ fn check_unit(session: &Session, id: ParameterId, found: &EarlierParameter) -> R
         true => Ok(()),
         false => Err(ApplicationError::Unit { name: found.name.clone(), there: found.unit.clone(), here }),
     }
+}
+
+/// Sees to it that a session knows all that a calibration found of the readings of its joints: a model that is left out would pass
+/// into torques and angles without a word.
+pub(super) fn check_models(session: &Session, calibration: &EarlierEstimate) -> Result<(), ApplicationError> {
+    let known: HashSet<String> = session.parameters().into_iter().map(|id| session.parameter_name(id)).collect();
+    let joints: Vec<String> = session.robot.chain.joints().iter().map(|joint| format!("{}.", joint.name)).collect();
+    let of_joint = |name: &str| joints.iter().any(|joint| name.starts_with(joint));
+    let changes_nothing = |found: &EarlierParameter| found.held.is_some() && found.nominal == 0.0;
+    let left_out = calibration.parameters.iter().filter(|found| of_joint(&found.name) && !known.contains(&found.name));
+    let names: Vec<String> = left_out.filter(|found| !changes_nothing(found)).map(|found| found.name.clone()).collect();
+    if names.is_empty() { Ok(()) } else { Err(ApplicationError::OtherModels { names }) }
 }
 
 /// A value for every parameter that readings depend on.
