@@ -14,6 +14,9 @@ const TABLES: [&str; 3] = ["bare.csv", "plate-a.csv", "plate-b.csv"];
 /// Knowledge from `first.json` of everything but the sensors, too.
 const PRIOR: &str = "\n[prior]\ncalibration = \"first.json\"\nunchanged = [\"base\", \"links\", \"loads\"]\n";
 
+/// The beginning of `[readings.torque]`, behind joints that give way.
+const SOFT: &str = "[deflection]\ncompliance_std_rad_per_newton_metre = 1e-4\n\n[readings.torque]";
+
 /// The small session with a tenth of its noise: what is true to first order only is seen to be true.
 fn quiet_session() -> TempDir {
     let folder = small_session();
@@ -67,14 +70,49 @@ fn reported(calibration: &Calibration) -> Vec<(String, f64, f64)> {
     let gravity = joint.gravity.unwrap();
     let axes = (0..3).map(|i| (format!("gravity {i}"), gravity.vector_m_per_s2[i], gravity.std_m_per_s2[i]));
     let free = joint.parameters.into_iter().filter(|p| p.held.is_none());
-    axes.chain(free.map(|p| (p.name, p.value.unwrap(), p.std.unwrap()))).collect()
+    axes.chain(free.filter_map(|p| Some((p.name, p.value?, p.std?)))).collect()
 }
 
 #[test]
 fn half_and_half_are_the_whole() {
-    let second = second_with(PRIOR, &first());
-    let (half, chained) = (reported(&calibrate(self::half(1).path())), reported(&calibrate(second.path())));
-    let all = reported(&calibrate(quiet_session().path()));
+    assert_chained(str::to_owned);
+}
+
+/// A mass and compliances that are known within a standard deviation would be exact without it: the file keeps it, and it counts once.
+#[test]
+fn what_is_unknown_only_by_its_std_is_known_from_the_earlier_calibration() {
+    assert_chained(|session| session.replace("mass_kg = 1.724", "mass_kg = { nominal = 1.724, std = 0.002 }"));
+    assert_chained(|session| session.replace("[readings.torque]", SOFT));
+}
+
+/// Of what is not determined the earlier calibration tells no number, by which all others came out.
+#[test]
+fn a_stated_std_that_earlier_readings_did_not_improve_is_refused() {
+    let soft = |session: &Path| {
+        let text = fs::read_to_string(session).unwrap();
+        fs::write(session, text.replace("[readings.torque]", SOFT).replace("std = 0.08", "std = 0.8")).unwrap();
+    };
+    let first = half(0);
+    soft(&first.path().join("session.toml"));
+    let found = calibrate(first.path()).bytes("calibration.json");
+    let second = second_with(PRIOR, &found);
+    soft(&second.path().join("session.toml"));
+    let reported = ["prior.calibration", "joint1.compliance is not determined there", "calibrate all tables together"];
+    assert_eq!(calibrate(second.path()).run.refusal(&reported), None);
+}
+
+/// That half of the poses, then the other half with what the first found, say what all of them say, of a session that `write` changes.
+fn assert_chained(write: impl Fn(&str) -> String) {
+    let written = |folder: TempDir| {
+        let path = folder.path().join("session.toml");
+        let session = write(&fs::read_to_string(&path).unwrap());
+        fs::write(path, session).unwrap();
+        folder
+    };
+    let first = calibrate(written(half(0)).path()).bytes("calibration.json");
+    let second = written(second_with(PRIOR, &first));
+    let (half, chained) = (reported(&calibrate(written(self::half(1)).path())), reported(&calibrate(second.path())));
+    let all = reported(&calibrate(written(quiet_session()).path()));
     for ((name, value, std), ((other, chained_value, chained_std), (_, _, half_std))) in
         all.iter().zip(chained.iter().zip(&half))
     {

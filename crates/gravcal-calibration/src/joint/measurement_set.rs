@@ -148,6 +148,7 @@ impl MeasurementSet {
             ParameterId::Further(_) if session.loads_of_mass(id).any(|load| self.carried(session)[load]) => {
                 return true;
             }
+            ParameterId::Further(index) if session.compliances().contains(&index) => self.any_torque(session),
             ParameterId::Further(index) if index >= session.terms.len() => false,
             _ => self.any_torque(session),
         };

@@ -3,6 +3,7 @@
 use gravcal_dynamics::JointKind;
 
 use super::contents::Session;
+use super::instrument::{AuxiliarySensor, AuxiliarySensorKind};
 use super::known::{InertiaPrior, JointPriors, Load};
 use super::parameter_prior::{ParameterPrior, PriorKind};
 use crate::parameter::{Limit, Parameter, ParameterId, SensorParameter, UNREAD};
@@ -90,6 +91,16 @@ impl Session {
             ParameterId::Sensor(joint, quantity) => quantity.name(&self.robot.chain.joints()[joint].name),
             ParameterId::Further(index) => self.further[index].name(),
         }
+    }
+
+    /// Whether a parameter is estimated only as the session states how well it is known, and is exact otherwise: compliances, how
+    /// instruments are mounted, masses of loads.
+    pub fn is_unknown_by_its_std(&self, id: ParameterId) -> bool {
+        let ParameterId::Further(place) = id else { return false };
+        let mounted = |instrument: &&AuxiliarySensor| instrument.kind == AuxiliarySensorKind::Accelerometer;
+        let mut mountings = self.instruments.iter().filter(mounted).map(AuxiliarySensor::own_parameters);
+        let is_mass = self.load_masses.contains(&Some(place));
+        is_mass || self.compliances().contains(&place) || mountings.any(|own| own.contains(&place))
     }
 
     /// What is known of a parameter, to be changed.

@@ -5,7 +5,7 @@ use gravcal_recording::{
 };
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::number::{rounded, shown_unit};
-use gravcal_robot_model::parameter::{Limit, Parameter};
+use gravcal_robot_model::parameter::{Limit, Parameter, ParameterId};
 use gravcal_robot_model::session::{
     EarlierCalibration, InertiaPrior, InputFile, KnownCombination, LAST_FRAME_CHOICE, PriorKind, Session,
 };
@@ -24,7 +24,8 @@ const SAME_VALUE: f64 = 1e-9;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PriorTable {
-    /// The earlier `calibration.json`. Parameters of the same names are taken with their whole covariance.
+    /// The earlier `calibration.json`. Parameters of the same names are taken with their whole covariance. Do not state a std for them
+    /// again. Only a mounting, a compliance and a load's mass keep theirs, as they are exact without; it then counts no second time.
     ///
     /// Example: `calibration = "last-week/calibration.json"`
     calibration: String,
@@ -53,7 +54,8 @@ enum Unchanged {
     Loads,
 }
 
-/// The session with what the earlier calibration knows: as a prior, and as the start of what has no other.
+/// The session with what the earlier calibration knows: as a prior, and as the start of what has no other. What is unknown only by a
+/// standard deviation keeps that in the file, and is known from there in its place.
 /// `written`: the session's tables.
 pub(super) fn resolve(
     context: &Context<'_>,
@@ -75,7 +77,11 @@ pub(super) fn resolve(
     let mut session = session;
     for id in session.parameters() {
         let value = known.value(&session.parameter_name(id));
+        let by_std = session.is_unknown_by_its_std(id);
         let own = session.prior_mut(id);
+        if by_std && value.is_some() {
+            own.kind = PriorKind::Flat;
+        }
         if let (PriorKind::Flat, Some(value)) = (own.kind, value) {
             own.nominal = value;
         }
@@ -144,7 +150,8 @@ impl Section<'_> {
 
     /// Units, signs and what is held must agree, and nothing may be known twice.
     fn check_parameter(&self, earlier: &EarlierParameter) -> Result<(), FileError> {
-        let Some(own) = self.find(&earlier.name) else { return Ok(()) };
+        let Some(id) = self.find(&earlier.name) else { return Ok(()) };
+        let own = self.session.parameter(id);
         let (name, unit, nominal) = (&earlier.name, &own.unit, own.prior.nominal);
         let refused = |message: String| Err(self.error("calibration", message));
         let was_read = earlier.value.is_some() || earlier.held.is_none();
@@ -167,6 +174,11 @@ impl Section<'_> {
                     shown(earlier.nominal, unit)
                 ))
             }
+            (None, Some(_)) if self.session.is_unknown_by_its_std(id) => Ok(()),
+            (None, None) if self.session.is_unknown_by_its_std(id) && own.fixed.is_none() => refused(format!(
+                "{name} is not determined there, and what was found depends on the std that was stated for it, which would count \
+                 twice: calibrate all tables together, without [prior]"
+            )),
             (None, Some(value)) => self.check_estimated(&own, value),
             _ => Ok(()),
         }
@@ -253,9 +265,7 @@ impl Section<'_> {
         }
     }
 
-    fn find(&self, name: &str) -> Option<Parameter> {
-        let ids = self.session.parameters();
-        let found = ids.into_iter().find(|id| self.session.parameter_name(*id) == name)?;
-        Some(self.session.parameter(found))
+    fn find(&self, name: &str) -> Option<ParameterId> {
+        self.session.parameters().into_iter().find(|id| self.session.parameter_name(*id) == name)
     }
 }

@@ -25,7 +25,7 @@ pub(super) struct UncertaintyTable {
     /// Neighbouring poses that may share an error. Not with `"noise"`.
     ///
     /// Unit: poses.
-    /// Default: found by `"jackknife"`.
+    /// Default: found by `"jackknife"`; the others require it.
     /// Example: `block_poses = 10`
     block_poses: Option<usize>,
     /// With `"jackknife"`: the same in time. Needs `readings.time`.
