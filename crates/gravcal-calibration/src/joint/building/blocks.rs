@@ -35,6 +35,11 @@ pub(in crate::joint) fn add_unknown_blocks(
     VariableIndex { position_unknowns, at_rest, bending, ..variables }
 }
 
+/// Whether readings are affine in masses, moments and placements: no sensor's model is curved, and no joint gives way under what it carries.
+pub(in crate::joint) fn is_straight(session: &Session) -> bool {
+    session.terms.are_straight() && session.compliances().is_empty()
+}
+
 pub(in crate::joint) fn add_blocks(
     session: &Session,
     readings: &MeasurementSet,
@@ -42,7 +47,7 @@ pub(in crate::joint) fn add_blocks(
     with_prior: bool,
     builder: &mut ProblemBuilder,
 ) -> VariableIndex {
-    let straight = !with_prior || session.terms.are_straight();
+    let straight = !with_prior || is_straight(session);
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
     let unread = if with_prior { readings.unread_and_unknown(session) } else { readings.unread(session) };
     let mut add = |id| {

@@ -10,6 +10,7 @@
 use gravcal_estimation::{Block, BlockId, ProblemBuilder, Sphere};
 use gravcal_robot_model::session::{Load, Session};
 
+use crate::joint::building::blocks::is_straight;
 use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::variables::{Placement, State};
 
@@ -24,7 +25,7 @@ pub(in crate::joint) fn add_placements(
     let mut placements: Vec<Option<Placement>> = vec![None; session.loads.len()];
     let parents = if exact_distances { parents(session, carried) } else { vec![None; session.loads.len()] };
     let start = relative_placements(session, &start.loads);
-    let curved = match (exact_distances, session.terms.are_straight()) {
+    let curved = match (exact_distances, is_straight(session)) {
         (false, _) => vec![false; session.loads.len()],
         (true, true) => in_residuals(session, carried),
         (true, false) => vec![true; session.loads.len()],
