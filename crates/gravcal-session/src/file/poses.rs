@@ -20,7 +20,7 @@ pub(super) struct PosesTable {
     ///
     /// Example: `file = "${DATA:-.}/poses-a.csv"`
     pub(super) file: String,
-    /// The load that is attached, or a list.
+    /// The load that is attached.
     ///
     /// Default: nothing.
     /// Example: `load = "plate-a"`
@@ -173,6 +173,7 @@ fn load(document: &Document, loads: &[Load], field: &Field, written: &OneOrMany<
     let names: Vec<&str> = loads.iter().map(|load| load.name.as_str()).collect();
     match written {
         OneOrMany::One(name) => document.lookup(field, "load", name, &names),
+        OneOrMany::Many(list) if let [name] = list.as_slice() => document.lookup(field, "load", name, &names),
         OneOrMany::Many(_) => Err(document.error(
             field,
             "a pose carries one load: describe bodies on one link as one load (their masses together, at their common \

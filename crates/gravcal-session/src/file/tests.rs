@@ -679,6 +679,8 @@ fn distances_are_between_two_loads_on_one_link() {
 
 #[test]
 fn tables_name_known_things_and_are_read_once() {
+    let listed = read(&[("session.toml", "load = \"plate-b\"", "load = [\"plate-b\"]")]).unwrap();
+    assert_eq!(listed.tables[1].load, Some(1));
     assert_refused("load = \"plate-b\"", "load = \"plate-c\"", "33: poses[1].load: there is no load `plate-c`; known:");
     assert_refused(
         "load = \"plate-b\"",
