@@ -41,6 +41,8 @@ pub struct ResidualTest {
 pub enum ResidualTestKind {
     /// A reading that drifts with time, or from pose to pose where no time is known.
     Trend,
+    /// A reading that drifts, and not evenly.
+    TrendCurve,
     /// A reading that drifts within each table.
     TrendInTables,
     /// Neighbouring poses whose residuals are alike.
@@ -110,6 +112,13 @@ pub enum ResidualTestKind {
         /// The file that is farthest off.
         file: String,
     },
+    /// The zero of a position sensor that changes on the way.
+    PositionJump {
+        /// The file in which it changes.
+        file: String,
+        /// Row in it about which it changes.
+        line: u64,
+    },
     /// A reading that is another in another table.
     Tables {
         /// The file that is farthest off.
@@ -121,6 +130,7 @@ impl fmt::Display for ResidualTestKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ResidualTestKind::Trend => f.write_str("trend"),
+            ResidualTestKind::TrendCurve => f.write_str("trend that bends"),
             ResidualTestKind::TrendInTables => f.write_str("trend in each table"),
             ResidualTestKind::Neighbours => f.write_str("neighbours alike"),
             ResidualTestKind::TorqueHarmonic { order } => write!(f, "torque harmonic {order}"),
@@ -142,6 +152,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::LoadFriction => f.write_str("friction by load"),
             ResidualTestKind::FrictionCurve { .. } => f.write_str("friction by speed"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
+            ResidualTestKind::PositionJump { file, line } => write!(f, "position jump ({file}:{line})"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),
         }
     }

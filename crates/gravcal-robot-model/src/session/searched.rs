@@ -9,6 +9,9 @@ use gravcal_recording::{
     SweptBin, file_name,
 };
 
+use super::contents::Session;
+use super::pose::Pose;
+
 /// One file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Searched {
@@ -69,6 +72,21 @@ impl Searched {
             format!("{name}: {clock}; {}.", clock.advice())
         });
         standstills.chain(sweeps).chain(windows).chain(clock).chain(remarks).collect()
+    }
+}
+
+impl Session {
+    /// What was found in the files of poses that enter the fit.
+    pub fn fitted_recordings(&self) -> impl Iterator<Item = &Searched> {
+        let tables: BTreeSet<usize> = self.poses.iter().map(|pose| pose.table).collect();
+        let fitted = move |searched: &&Searched| tables.iter().any(|table| self.tables[*table].path == searched.path);
+        self.searched.iter().filter(fitted)
+    }
+
+    /// File and line of a pose.
+    pub fn row_of(&self, pose: usize) -> (String, u64) {
+        let Pose { table, line, .. } = self.poses[pose];
+        (file_name(&self.tables[table].path), line)
     }
 }
 

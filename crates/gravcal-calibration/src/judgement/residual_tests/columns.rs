@@ -28,6 +28,9 @@ const MOST_RECORDINGS: usize = 6;
 const POWERS: [i32; 2] = [2, 3];
 /// Rows of a table that can be told to drift.
 const DRIFTING: usize = 4;
+/// A zero that changes on the way is looked for behind each but the last of so many parts of the poses, if there are so many poses.
+const PARTS: usize = 8;
+const FEWEST_PARTED: usize = 24;
 /// Travel over which friction is taken to build up where that is looked for, rad or m: that of most gears.
 const TRAVEL: f64 = 1e-3;
 
@@ -35,6 +38,8 @@ const TRAVEL: f64 = 1e-3;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Term {
     Trend,
+    /// In the unit of the reading, from the middle of the time to its ends.
+    TrendCurve,
     TrendInTables,
     TorqueHarmonic(u32),
     PositionHarmonic(u32),
@@ -61,6 +66,11 @@ pub enum Term {
     FrictionCurve,
     /// Of a joint's coordinate.
     PositionOffsets,
+    /// Of a joint's coordinate: another zero from this pose on, in the order of their times.
+    PositionJump {
+        /// Place of the pose in that order.
+        from: usize,
+    },
     /// Of all channels: two coefficients for each table but the first, rad about axes perpendicular to gravity.
     Gravity,
     /// Of all channels: the stated mass of a load, kg.
@@ -87,6 +97,10 @@ pub struct Columns<'a> {
     predicted: PredictedTorques,
     /// By pose, when it was read, s; nothing where any pose does not tell.
     times: Option<Vec<f64>>,
+    /// The poses that are read, in the order of their times.
+    in_order: Vec<usize>,
+    /// By pose, its place among them.
+    places: Vec<usize>,
     /// By row, where the arm moves.
     predictions: Vec<f64>,
 }
@@ -111,6 +125,13 @@ impl<'a> Columns<'a> {
             readings[id.channel].push(ReadingRow { row, pose: id.pose, std: solved.readings().std(session, *id) });
         }
         let torques = solved.standing_torques(session)?;
+        let mut in_order: Vec<usize> = solved.built.rows.iter().map(|id| id.pose).collect();
+        in_order.dedup();
+        if let Some(times) = &times {
+            in_order.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
+        }
+        let mut places = vec![0; session.poses.len()];
+        in_order.iter().enumerate().for_each(|(place, pose)| places[*pose] = place);
         let mut columns = Columns {
             session,
             solved,
@@ -122,6 +143,8 @@ impl<'a> Columns<'a> {
             torques,
             predicted: PredictedTorques::new(session, solved)?,
             times,
+            in_order,
+            places,
             predictions,
         };
         if (2..=MOST_RECORDINGS).contains(&columns.tables_of_all().len()) {
@@ -132,7 +155,7 @@ impl<'a> Columns<'a> {
 
     /// Every term that can be looked for in a channel.
     pub fn terms(&self, channel: usize) -> Vec<Term> {
-        let mut terms = vec![Term::Trend, Term::TrendInTables, Term::Tables];
+        let mut terms = vec![Term::Trend, Term::TrendCurve, Term::TrendInTables, Term::Tables];
         if channel < self.session.joints.len() {
             if !self.slopes[channel].is_empty() {
                 terms.extend(ORDERS.map(Term::TorqueHarmonic));
@@ -163,7 +186,17 @@ impl<'a> Columns<'a> {
         if self.slopes[joint].is_empty() {
             return Vec::new();
         }
-        ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance, Term::PositionOffsets]).collect()
+        let table = |place: usize| self.session.poses[self.in_order[place]].table;
+        let froms = (1..PARTS).map(|part| part * self.in_order.len() / PARTS);
+        // Where a table begins, it is the zero of that table.
+        let froms = froms.filter(|from| self.in_order.len() >= FEWEST_PARTED && table(*from) == table(from - 1));
+        let jumps = froms.map(|from| Term::PositionJump { from });
+        ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance, Term::PositionOffsets]).chain(jumps).collect()
+    }
+
+    /// The pose at a place in the order of times.
+    pub fn pose_at(&self, place: usize) -> usize {
+        self.in_order[place]
     }
 
     /// Those of no single channel.
@@ -187,6 +220,7 @@ impl<'a> Columns<'a> {
     pub fn of(&self, channel: usize, term: &Term) -> Vec<Vec<f64>> {
         match term {
             Term::Trend => vec![self.trend(channel, |_| 0)],
+            Term::TrendCurve => vec![self.squared_time(channel, 0.5)],
             Term::TrendInTables => self.trend_in_tables(channel),
             Term::Tables => self.apart(&self.tables(channel), MOST_TABLES, |within| {
                 vec![self.reading(channel, |pose| f64::from(within(pose)))]
@@ -210,6 +244,7 @@ impl<'a> Columns<'a> {
             Term::PositionOffsets => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
                 vec![self.coordinate(channel, |pose| f64::from(within(pose)))]
             }),
+            Term::PositionJump { from } => vec![self.coordinate(channel, |pose| f64::from(self.places[pose] >= *from))],
             Term::Gravity => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
                 self.turned_gravity.iter().map(|turned| self.only(turned, within)).collect()
             }),
@@ -254,6 +289,7 @@ impl<'a> Columns<'a> {
     fn lacked(&self, channel: usize, term: &Term) -> Vec<Vec<f64>> {
         match term {
             Term::Trend => vec![self.time_since(channel, |_| 0)],
+            Term::TrendCurve => vec![self.squared_time(channel, 0.0)],
             Term::TrendInTables => vec![self.time_since(channel, |pose| self.session.poses[pose].table)],
             Term::TorqueGainTrend => vec![self.times_reading(channel, self.time_since(channel, |_| 0))],
             _ => self.of(channel, term),
@@ -375,6 +411,14 @@ impl<'a> Columns<'a> {
             *since = since.min(self.when(pose));
         }
         self.reading(channel, |pose| self.when(pose) - first[&group(pose)])
+    }
+
+    /// Square of the time (or order) from a share of its span on, in halves of that.
+    fn squared_time(&self, channel: usize, share: f64) -> Vec<f64> {
+        let times = || self.poses(channel).map(|pose| self.when(pose));
+        let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
+        let (from, half) = (first + share * (last - first), 0.5 * (last - first));
+        self.reading(channel, |pose| if half > 0.0 { ((self.when(pose) - from) / half).powi(2) } else { 0.0 })
     }
 
     /// Time (or order) less its mean over the poses of a channel that are of one group.

@@ -21,6 +21,7 @@ impl Search<'_> {
         let each = if self.columns.in_time() { "s" } else { "pose" };
         let (kind, size, unit) = match term {
             Term::Trend => (ResidualTestKind::Trend, first, format!("{unit}/{each}")),
+            Term::TrendCurve => (ResidualTestKind::TrendCurve, first, unit),
             Term::TrendInTables => (ResidualTestKind::TrendInTables, first, format!("{unit}/{each}")),
             Term::TorqueHarmonic(order) => (ResidualTestKind::TorqueHarmonic { order: *order }, amplitude, unit),
             Term::PositionHarmonic(order) => {
@@ -57,6 +58,10 @@ impl Search<'_> {
             Term::PositionOffsets => {
                 let (file, size) = self.farthest(&self.columns.tables_of_all(), &coefficients);
                 (ResidualTestKind::PositionOffset { file }, size, "rad".to_owned())
+            }
+            Term::PositionJump { from } => {
+                let (file, line) = self.session.row_of(self.columns.pose_at(*from));
+                (ResidualTestKind::PositionJump { file, line }, first, "rad".to_owned())
             }
             Term::Gravity => {
                 let (file, size) = self.most_turned(&coefficients);

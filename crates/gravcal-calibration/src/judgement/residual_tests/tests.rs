@@ -364,6 +364,37 @@ fn a_base_or_an_encoder_that_moved_between_tables_is_named() {
     names(&homed_anew, |kind| matches!(kind, ResidualTestKind::PositionOffset { .. }));
 }
 
+/// The second encoder slips by a hundredth of a radian, on the way through the only table.
+#[test]
+fn a_zero_that_changes_on_the_way_is_named_with_the_row() {
+    let mut session = shoulder().session(0);
+    session.poses.iter_mut().for_each(|pose| pose.table = 0);
+    let from = session.poses.len() / 2;
+    session.poses.iter_mut().skip(from).for_each(|pose| pose.position[1] += 0.01);
+    let result = estimate(&session);
+    let test = named(&result).into_iter().find(|test| test.channel == "joint2").unwrap();
+    let ResidualTestKind::PositionJump { line, .. } = test.kind else { panic!("{test:?}") };
+    assert_eq!(line, session.poses[from].line);
+    assert!((test.size.abs() / 0.01 - 1.0).abs() < 0.3 && test.spoils_intervals, "{test:?}");
+    assert_eq!(result.verdict, Verdict::PartlyDetermined);
+}
+
+/// A line takes up most of how an arm warms up, and its beginning the rest.
+#[test]
+fn a_drift_that_is_no_line_is_named_beside_one_that_is_in_the_model() {
+    let mut session = with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[0.0]).session(0);
+    let times: Vec<f64> = session.poses.iter().map(|pose| pose.conditions.time.unwrap()).collect();
+    let last = times.iter().copied().fold(0.0, f64::max);
+    for (pose, time) in session.poses.iter_mut().zip(times) {
+        if let Some(reading) = &mut pose.torque[1] {
+            reading.value += 5.0 * NOISE * (-4.0 * time / last).exp();
+        }
+    }
+    let result = estimate(&session);
+    let test = named(&result).into_iter().find(|test| test.channel == "joint2").unwrap();
+    assert!(test.kind == ResidualTestKind::TrendCurve && test.spoils_intervals && test.unit == "count", "{test:?}");
+}
+
 /// Of two loads whose places are stated, one is heavier than it is said to be; or both hang a centimetre aside along two axes. About its joint's axis
 /// the offset takes up what is wrong: how far it may is in the offset's interval.
 #[test]

@@ -40,7 +40,7 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
 /// What is said of other sensors, as something that is seldom alone widens intervals.
 fn of_others(tests: &[ResidualTest]) -> Vec<&'static str> {
     let of_test = |test: &ResidualTest| match test.kind {
-        ResidualTestKind::Trend | ResidualTestKind::TrendInTables => Some(OTHERS_DRIFT),
+        ResidualTestKind::Trend | ResidualTestKind::TrendCurve | ResidualTestKind::TrendInTables => Some(OTHERS_DRIFT),
         ResidualTestKind::TorqueGain { .. } | ResidualTestKind::TorqueGainTrend => Some(OTHER_GAINS),
         ResidualTestKind::PositionOffset { .. } => Some(OTHER_OFFSETS),
         _ => None,
@@ -231,6 +231,12 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ResidualTestKind::Trend => {
             (format!("The residual of {channel} drifts by {size} {unit}: its zero creeps."), drift(of_joint))
         }
+        ResidualTestKind::TrendCurve => (
+            format!("The residual of {channel} is not linear in time, by {size} {unit} from the middle to the ends: its zero drifts, and the drift settles or grows."),
+            "A sensor that warms up does so. Let it warm up before it is read, or leave the first minutes out (from_s in [[poses]]); \
+             torque-bias-in-time is a linear drift."
+                .into(),
+        ),
         ResidualTestKind::TrendInTables => (
             format!("The residual of {channel} drifts by {size} {unit} within each table: its zero creeps, and is read anew between them."),
             "Let the sensor warm up before it is read, and visit some poses twice in each table: at its beginning and its end.".into(),
@@ -278,6 +284,13 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
             "Either it was homed anew between the tables, or the load is not where position_m says, the joint gives way under it, or lengths of the robot are others. Record all \
              tables after one homing, or calibrate those before and after by themselves."
+                .into(),
+        ),
+        ResidualTestKind::PositionJump { file, line } => (
+            format!(
+                "The residuals show that the zero of the position sensor of {channel} changes by {size} rad, about row {line} of {file}."
+            ),
+            "The sensor slipped, or was homed anew. What is told lies between both zeros: calibrate the readings before and after by themselves."
                 .into(),
         ),
         ResidualTestKind::TorqueGain { .. }
