@@ -10,9 +10,10 @@ use crate::result::{DeflectionResult, PositionErrorResult};
 /// alone know it √3 times better than the prior.
 const OBSERVABLE: f64 = 0.5;
 
-/// The deflections of each sweep, or of each pose that belongs to none.
+/// The deflections of each sweep, or of each pose that belongs to none, where the session asks for them.
 pub(crate) fn deflections(session: &Session, solved: &Solved) -> Vec<DeflectionResult> {
-    let holds = solved.built.variables.position_unknowns.iter().filter(|unknown| unknown.is_hold);
+    let asked = session.deflection.hold_std.is_some();
+    let holds = solved.built.variables.position_unknowns.iter().filter(|unknown| unknown.is_hold && asked);
     holds.flat_map(|hold| (0..hold.joints.len()).map(move |index| deflection(session, solved, hold, index))).collect()
 }
 

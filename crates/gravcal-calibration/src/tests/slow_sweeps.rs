@@ -7,6 +7,7 @@ use std::path::Path;
 
 use gravcal_identification::SolveEnvironment;
 use gravcal_recording::inspect;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{Session, UnexplainedError};
 use gravcal_session::draft::{Draft, DraftRobot};
 use gravcal_session::{read_robot, read_session};
@@ -15,7 +16,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
-use crate::joint::{Signals, estimate_jointly};
+use crate::joint::{Signals, State, build_problem, estimate_jointly, select};
 use crate::result::EstimatorResult;
 use crate::testing::TWO_JOINTS;
 
@@ -65,6 +66,8 @@ struct Recorder {
     samples: u32,
     at: [f64; 2],
     direction: [f64; 2],
+    /// Of the position sensors, rad; 0 where they are exact.
+    step: f64,
     random: Pcg64,
 }
 
@@ -83,8 +86,10 @@ impl Recorder {
             .collect();
         let mut torque = [0.0; 2];
         self.session.robot.chain.gravity_torque(&self.at, GRAVITY, &inertia, &mut torque);
+        let rounded =
+            |position: f64| if self.step > 0.0 { (position / self.step).round() * self.step } else { position };
         let positions: Vec<f64> =
-            TRUTH.iter().zip(self.at).map(|(joint, at)| (at - joint.offset) / joint.position_gain).collect();
+            TRUTH.iter().zip(self.at).map(|(joint, at)| rounded((at - joint.offset) / joint.position_gain)).collect();
         let readings: Vec<f64> = (0..2)
             .map(|j| {
                 let noise: f64 = self.random.sample(StandardNormal);
@@ -125,7 +130,7 @@ fn recorder(folder: &Path, seed: u64, session: &str) -> Recorder {
     let gravity = gravcal_robot_model::session::GravityPrior { magnitude: 9.8, magnitude_std: None, hemisphere: None };
     let session = Session::new(robot, gravity, Vec::new());
     let random = Pcg64::seed_from_u64(seed);
-    Recorder { session, text, samples: 0, at: [0.0; 2], direction: [0.0; 2], random }
+    Recorder { session, text, samples: 0, at: [0.0; 2], direction: [0.0; 2], step: 0.0, random }
 }
 
 fn estimated(folder: &Path, seed: u64, models: &str) -> (Session, EstimatorResult) {
@@ -177,7 +182,7 @@ fn errors(models: &str, determined: &[&str]) -> f64 {
         assert_eq!(session.searched[0].found(), 7, "{notes:?}");
         for name in determined {
             let found = result.parameters.iter().find(|parameter| parameter.name == *name).unwrap();
-            let (Some(value), Some(std)) = (found.value, found.std) else { panic!("{name} {result:?}") };
+            let (Some(value), Some(std)) = (found.value, found.std) else { panic!("{name} {:?}", result.undetermined) };
             squares.push(((value - truth(name)) / std).powi(2));
         }
     }
@@ -198,6 +203,28 @@ fn friction_is_estimated_where_the_session_asks_for_it() {
     let all = [&AFFINE[..], &["shoulder.coulomb_friction", "elbow.coulomb_friction"]].concat();
     let rms = errors("sensor_models = [{ kind = \"coulomb-friction\" }]", &all);
     assert!((0.7..1.35).contains(&rms), "{rms}");
+}
+
+/// Of sensors with 10 bits a turn: each joint that stands is up to half a step elsewhere than it reads, all through a sweep.
+#[test]
+fn what_rounding_leaves_is_an_unknown_of_each_sweep() {
+    let step = std::f64::consts::TAU / 1024.0;
+    let folder = tempfile::tempdir().unwrap();
+    let mut recorder = Recorder { step, ..recorder(folder.path(), 0, &SESSION.replace("MODELS", "")) };
+    recorder.sweeps(0, &[-1.1, -0.7, -0.3, 0.1, 0.6, 1.3]);
+    recorder.sweeps(1, &[-0.9, -0.4, 0.2, 0.7, 1.1]);
+    let (session, result) = result_of(folder.path(), &recorder);
+    for (std, joint) in session.deflection.rounding_std.iter().zip(&session.joints) {
+        let gain = joint.of(SensorParameter::PositionGain).nominal;
+        // Steps are counted in classes of an eighth of a power of two.
+        assert!((std / (gain * step / 12f64.sqrt()) - 1.0).abs() < 0.07, "{std}");
+    }
+    assert!(result.notes.iter().any(|note| note.starts_with("Position readings step by up to 0.3")));
+    assert!(result.deflections.is_empty(), "nobody asked for them");
+    let readings = select(&session, Signals::All);
+    let built = build_problem(&session, &readings, &State::nominal(&session)).unwrap();
+    let unknowns = built.problem.block_ids().filter(|id| built.problem.block(*id).name.starts_with("deflection["));
+    assert_eq!(unknowns.count(), 11, "one of each sweep");
 }
 
 #[test]

@@ -104,6 +104,8 @@ pub struct Sweeps {
     pub interruptions: u64,
     /// How rows come by the clock.
     pub clock: RowClock,
+    /// Step of each joint's position reading, SI or the sensor's own unit; 0 where none is seen.
+    pub position_steps: Vec<f64>,
 }
 
 /// A stroke of which nothing is used.
@@ -218,6 +220,7 @@ pub fn slow_sweeps(
     }
     reader.check_columns()?;
     sampler.finish(&mut |heard| strokes.hear(heard));
+    let position_steps = sampler.scales.quantum[..reader.channels.joints].to_vec();
     let (strokes, mut rejected) = strokes.finish();
     let found = pair::sweeps(strokes, &reader.channels, rule, &mut rejected);
     rejected.sort_by(|a, b| a.interval[0].total_cmp(&b.interval[0]));
@@ -228,5 +231,6 @@ pub fn slow_sweeps(
         without_time: reader.without_time,
         interruptions: sampler.usage.interruptions,
         clock: reader.clock(),
+        position_steps,
     })
 }

@@ -5,6 +5,9 @@
 pub struct Deflection {
     /// Standard deviation of the deflection of each joint that stands, the same in all poses of a sweep, rad.
     pub hold_std: Option<f64>,
+    /// Standard deviation of what rounding leaves of the angle of each joint that stands, the same in all poses of a sweep, rad; empty where
+    /// nothing is known of it. A position sensor that rounds more than its noise says one number all through a sweep.
+    pub rounding_std: Vec<f64>,
     /// Standard deviation of the deflection of each joint that stands, another in each pose, rad.
     pub pose_std: Option<f64>,
     /// Standard deviation of each joint's position reading, unit of the reading; 0 (or missing) where taken as exact.
@@ -14,6 +17,18 @@ pub struct Deflection {
     pub compliance: Option<usize>,
     /// Whether joints are said not to bend under their torque.
     pub stiff: bool,
+}
+
+impl Deflection {
+    /// Of a joint that stands in a sweep, rad.
+    pub fn sweep_std(&self, joint: usize) -> f64 {
+        self.hold_std.unwrap_or(0.0).hypot(self.rounding_std.get(joint).copied().unwrap_or(0.0))
+    }
+
+    /// Whether joints that stand in a sweep may be elsewhere than their sensors say all through it.
+    pub fn holds(&self) -> bool {
+        self.hold_std.is_some() || self.rounding_std.iter().any(|std| *std > 0.0)
+    }
 }
 
 /// Where the joint estimator's standard deviations come from.

@@ -1,6 +1,7 @@
 //! `[deflection]`: how far joints may be from where their position sensors say.
 
-use gravcal_robot_model::parameter::Parameter;
+use gravcal_dynamics::JointKind;
+use gravcal_robot_model::parameter::{Parameter, SensorParameter};
 use gravcal_robot_model::session::compliance::compliance_parameters;
 use gravcal_robot_model::session::{Deflection, Session};
 use serde::Deserialize;
@@ -15,7 +16,7 @@ use crate::document::{Document, Field, FileError, OneOrMany};
 pub(super) struct DeflectionTable {
     /// Of a joint that stands while another sweeps: one unknown for each in a sweep, known beforehand to this.
     ///
-    /// Default: no deflection.
+    /// Default: no deflection but what a coarse position sensor's rounding leaves.
     /// Example: `hold_std_deg = 0.5`
     hold_std_deg: Option<f64>,
     /// Of a joint that stands: one unknown for each in a pose.
@@ -25,10 +26,14 @@ pub(super) struct DeflectionTable {
     pose_std_deg: Option<f64>,
     /// In proportion to the torque, one unknown for each joint; 0 where position sensors sit behind the gears and see what bends.
     ///
-    /// Default: stiff; an unknown of standstills in recordings whose errors beyond the noise may hide it.
+    /// Default: stiff; an unknown of slow sweeps in recordings, and of standstills whose errors beyond the noise may hide it.
     /// Example: `compliance_std_rad_per_newton_metre = 1e-4`
     compliance_std_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
+
+/// Position sensors with steps of less than this, rad, are taken as exact: that of 18 bits a turn. It changes the torque of an arm by a 40,000th
+/// of what its gravity makes.
+const FINE: f64 = 2.5e-5;
 
 fn field(key: &str) -> Field {
     Field::new("deflection").key(key)
@@ -58,8 +63,23 @@ pub(super) fn resolve(
         stiff,
         hold_std: angle("hold_std_deg", table.hold_std_deg)?,
         pose_std: angle("pose_std_deg", table.pose_std_deg)?,
+        rounding_std: Vec::new(),
         reading_std: readings::position_std(context, readings)?,
     })
+}
+
+/// What rounding leaves of the angle of each joint that stands in slow sweeps, rad; nothing of joints that slide, whose steps are too small to
+/// matter, or whose noise is stated.
+pub(super) fn rounding_std(session: &Session) -> Vec<f64> {
+    let turns = |joint: usize| session.robot.chain.joints()[joint].kind == JointKind::Revolute;
+    let stated = |joint: usize| session.deflection.reading_std.get(joint).is_some_and(|std| *std > 0.0);
+    let of_joint = |joint: usize| {
+        let sweeps = session.fitted_recordings().filter_map(|searched| searched.sweeps.as_ref());
+        let gain = session.joints[joint].of(SensorParameter::PositionGain).nominal.abs();
+        let turn = gain * sweeps.map(|sweeps| sweeps.position_steps[joint]).fold(0.0, f64::max);
+        if turn > FINE && turns(joint) && !stated(joint) { turn / f64::sqrt(12.0) } else { 0.0 }
+    };
+    (0..session.joints.len()).map(of_joint).collect()
 }
 
 fn compliance_std(context: &Context<'_>, table: &DeflectionTable) -> Result<Option<Vec<f64>>, FileError> {

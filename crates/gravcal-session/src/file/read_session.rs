@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use gravcal_recording::{InputRole, Memory};
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{InputFile, Pose, PoseTable, Session};
+use gravcal_robot_model::session::{Deflection, InputFile, Pose, PoseTable, Session};
 
 use super::context::{Context, SessionError};
 use super::declared::Declared;
@@ -107,6 +107,8 @@ fn read(
         inputs,
         ..declared.session(&context, &written)
     };
+    let deflection = Deflection { rounding_std: deflection::rounding_std(&session), ..session.deflection.clone() };
+    let session = Session { deflection, ..session };
     let session = match &written.prior {
         None => session,
         Some(prior) => prior::resolve(&context, prior, all, session)?,

@@ -8,7 +8,7 @@ use crate::document::{Document, Field, FileError};
 
 /// What gives poses unknowns of their own, where something does.
 fn unknowns_of_single_poses(session: &Session) -> Option<Field> {
-    let Deflection { hold_std, pose_std, reading_std, compliance: _, stiff: _ } = &session.deflection;
+    let Deflection { hold_std, pose_std, reading_std, compliance: _, stiff: _, rounding_std: _ } = &session.deflection;
     if reading_std.iter().any(|std| *std > 0.0) {
         Some(Field::new("readings").key("position").key("std"))
     } else if pose_std.is_some() {

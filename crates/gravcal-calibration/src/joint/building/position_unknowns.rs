@@ -5,7 +5,8 @@
 //! ```
 //!
 //! - **By hold**: joints that stand while another sweeps have one δ each in all poses of the sweep (a pose of no sweep is a
-//!   hold of its own, of all joints): deflection that the sensor does not see.
+//!   hold of its own, of all joints): deflection that the sensor does not see. So has in a recorded sweep what a coarse sensor's rounding
+//!   leaves, without being asked for: uniform within the step `q`, of standard deviation `q/√12`.
 //! - **By pose**: every pose has its own δ, of the joints that stand, or, where the position readings are noisy, of all
 //!   joints (errors in variables).
 //!
@@ -32,19 +33,21 @@ pub(in crate::joint) fn add_unknowns(
     start: &State,
     builder: &mut ProblemBuilder,
 ) -> Vec<PositionUnknown> {
-    let Deflection { hold_std, pose_std, reading_std, .. } = &session.deflection;
-    if hold_std.is_none() && pose_std.is_none() && reading_std.iter().all(|std| *std == 0.0) {
+    let deflection = &session.deflection;
+    let Deflection { hold_std, pose_std, reading_std, .. } = deflection;
+    if !deflection.holds() && pose_std.is_none() && reading_std.iter().all(|std| *std == 0.0) {
         return Vec::new();
     }
     let mut adding = Adding { session, builder, unknowns: Vec::new() };
-    let sweeps = if session.deflection.hold_std.is_some() { find_sweeps(session) } else { Vec::new() };
-    for (index, sweep) in sweeps.iter().enumerate() {
-        adding.hold(sweep.poses.clone(), Some(sweep), start.deflections.get(index));
+    let sweeps = if deflection.holds() { find_sweeps(session) } else { Vec::new() };
+    for sweep in &sweeps {
+        // A sweep in which no joint can be elsewhere has no unknown, and no start.
+        adding.hold(sweep.poses.clone(), Some(sweep), start.deflections.get(adding.unknowns.len()));
     }
     let sweeping = sweeping(session);
     let used = (0..session.poses.len()).filter(|pose| !readings.used[*pose].is_empty());
     for pose in used {
-        if session.deflection.hold_std.is_some() && sweeping[pose].is_none() {
+        if hold_std.is_some() && sweeping[pose].is_none() {
             adding.hold(vec![pose], None, None);
         }
         adding.single_pose(pose, sweeping[pose]);
@@ -60,9 +63,13 @@ struct Adding<'a> {
 
 impl Adding<'_> {
     fn hold(&mut self, poses: Vec<usize>, sweep: Option<&Sweep>, start: Option<&Vec<f64>>) {
-        let std = self.session.deflection.hold_std.unwrap_or(0.0);
-        let stands = |joint: usize| sweep.is_none_or(|sweep| sweep.swept != joint);
-        let joints = self.joints(|joint| if stands(joint) && self.turns(joint) { std } else { 0.0 });
+        let deflection = &self.session.deflection;
+        let std = |joint: usize| match sweep {
+            Some(sweep) if sweep.swept == joint => 0.0,
+            Some(_) => deflection.sweep_std(joint),
+            None => deflection.hold_std.unwrap_or(0.0),
+        };
+        let joints = self.joints(|joint| if self.turns(joint) { std(joint) } else { 0.0 });
         self.add("deflection", poses, joints, start, sweep.is_some());
     }
 

@@ -18,6 +18,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         ));
     }
     notes.extend(session.searched.iter().flat_map(|searched| searched.notes(&session.readings)));
+    notes.extend(rounding_note(session));
     notes.extend(session.motion_notes());
     notes.extend(session.selection_note());
     let cut = session.robot.chain.cut_joints();
@@ -27,6 +28,18 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         notes.push(format!("{end}: what hangs there by {} is left out.", cut.join(", ")));
     }
     notes
+}
+
+/// What coarse position sensors leave unknown.
+fn rounding_note(session: &Session) -> Option<String> {
+    let coarsest = session.deflection.rounding_std.iter().copied().fold(0.0, f64::max);
+    (coarsest > 0.0).then(|| {
+        format!(
+            "Position readings step by up to {:.2} deg. Where a joint stands all through a sweep, what rounding leaves of its angle is an \
+             unknown of that sweep.",
+            (f64::sqrt(12.0) * coarsest).to_degrees()
+        )
+    })
 }
 
 /// What the torque gains take over from the loads.
