@@ -14,7 +14,7 @@ pub struct Reading {
 }
 
 /// One standstill of the robot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StaticPose {
     /// Line in the file, counted from 1; of the first row, if rows were merged.
     pub line: u64,

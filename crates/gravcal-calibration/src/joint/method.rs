@@ -118,6 +118,7 @@ pub(super) fn answer(
     environment.report("judging residuals");
     // What readings determine they determine; a term that the model lacks widens its interval.
     let ResidualTests { tests, moved } = residual_tests(session, &solved, &origin, wanted)?;
+    let moved = [moved, solved.moved_by_friction_of_load(session)].concat();
     let solved = solved.widened_by_missing_terms(&moved);
     Answer::of(session, solved, judgement, misfit, (origin, tests))
 }

@@ -18,7 +18,7 @@ const SURELY: f64 = 5.0;
 const SATURATED: f64 = 0.01;
 
 /// A joint moved slowly both ways while the others stood.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sweep {
     /// Place of the joint.
     pub joint: usize,

@@ -5,5 +5,6 @@ pub(super) mod bending;
 pub(super) mod block_correlation;
 pub(super) mod contradicted_priors;
 mod farthest_from_earlier;
+pub(super) mod friction_by_load;
 pub(super) mod unexplained;
 pub(super) mod unexplained_size;

@@ -58,8 +58,9 @@ impl Answer {
         self.remark_on_residuals(session, &mut findings);
         self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
+        self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
         self.remark_on_contradictions(session, &mut findings)?;
-        self.remark_on_unexplained(session, &mut findings);
+        self.remark_on_unexplained(session, &mut findings)?;
         let noisy = self.remark_on_noise_found(session, &mut findings)?;
         self.remark_on_gravity_upwards(session, &mut findings);
         self.remark_on_earlier(session, &mut findings, environment)?;
