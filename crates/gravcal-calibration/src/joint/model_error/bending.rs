@@ -6,7 +6,9 @@
 //!
 //! What bends a joint most goes with its angle, and passes for a position gain. Only the rest shows in residuals, and what friction leaves at
 //! rest hides it. A compliance of two of its own standard deviations, which no test names, shifts that gain by three or four of its. So where
-//! errors beyond the noise show that friction may hide it, it is an unknown; the gain's interval widens to what is known of it then.
+//! errors beyond the noise show that friction may hide it, it is an unknown; the gain's interval widens to what is known of it then. In slow
+//! sweeps it always is one: readings are so many that a gain is many standard deviations off before a test finds why. Only where that leaves
+//! open what stiff joints determine, joints are taken as stiff.
 //!
 //! Its prior is zero give or take what bends the joint by [`DEFLECTION`] under the spread of its torque, as gears are built for what
 //! they carry. A session that declares compliances, or that there are none, has none of these unknowns, nor has one whose instruments
@@ -23,6 +25,7 @@ use gravcal_robot_model::residuals::Shifted;
 use gravcal_robot_model::session::{ReadingId, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
+use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::measurement_set::{Bending, MeasurementSet};
 use crate::joint::model_error::at_rest::OfReadings;
 use crate::joint::model_error::unexplained_size::spread;
@@ -34,22 +37,34 @@ use crate::joint::variables::{OfJoints, State, VariableIndex};
 const DEFLECTION: f64 = 5e-3;
 /// Share of the largest spread of any joint's torque with which each is credited at least: gears are no softer than that.
 const LEAST_SHARE: f64 = 0.1;
+/// Arms of fewer joints sweep too few ways to tell how far they bend: that would leave most unknowns open.
+const FEWEST_JOINTS: usize = 3;
 /// Joints that bend otherwise by less than this change no torque by as much as it is known, rad.
 const SETTLED: f64 = 1e-5;
 /// By what share a standard deviation grows that is worth a remark.
 const REMARKABLE: f64 = 0.5;
 
 impl Bending {
-    /// Of standstills whose errors show that friction may hide it; nothing where the session knows about it.
+    /// Of slow sweeps, and of standstills whose errors show that friction may hide it; nothing where the session knows about it.
     pub(in crate::joint) fn of(session: &Session, solved: &Solved) -> Result<Option<Bending>, EvaluateError> {
         let readings = solved.readings();
         let errs = (0..session.joints.len()).any(|joint| readings.errs_beyond_chance(session, joint));
         let looked_for = readings.bending.is_none() && readings.order == Order::Together;
-        if !errs || !looked_for || !may_bend(session) {
+        let told = swept(session) && session.joints.len() >= FEWEST_JOINTS;
+        if !(errs || told) || !looked_for || !may_bend(session) {
             return Ok(None);
         }
         let torques = solved.standing_torques(session)?;
-        let of_joint = |joint: usize| spread(&torques.iter().map(|pose| pose[joint]).collect::<Vec<_>>());
+        // Where the readings are explained badly, the model's torques say little of what a joint is built for.
+        let read = |joint: usize| {
+            let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
+            let all = session.poses.iter().filter_map(|pose| Some(pose.torque[joint]?.value / gain));
+            spread(&all.filter(|torque| torque.is_finite()).collect::<Vec<_>>())
+        };
+        let of_joint = |joint: usize| {
+            let of_model = spread(&torques.iter().map(|pose| pose[joint]).collect::<Vec<_>>());
+            if swept(session) { of_model.max(read(joint)) } else { of_model }
+        };
         let spreads: Vec<f64> = (0..session.joints.len()).map(of_joint).collect();
         let largest = spreads.iter().copied().fold(0.0, f64::max);
         let turns = |joint: usize| session.robot.chain.joints()[joint].kind != JointKind::Prismatic;
@@ -75,15 +90,43 @@ impl Bending {
     }
 }
 
+/// Whether there are slow sweeps.
+pub(in crate::joint) fn swept(session: &Session) -> bool {
+    session.fitted_recordings().any(|searched| searched.sweeps.is_some())
+}
+
 /// Whether joints stood, and nothing says how stiff they are.
 fn may_bend(session: &Session) -> bool {
     let deflection = &session.deflection;
-    session.searched.iter().any(|searched| searched.standstills.is_some())
-        && session.searched.iter().all(|searched| searched.sweeps.is_none() && searched.windows.is_none())
+    session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some())
+        && session.searched.iter().all(|searched| searched.windows.is_none())
+        && !(swept(session) && by_sweep(session))
         && !(deflection.stiff || deflection.hold_std.is_some() || deflection.pose_std.is_some())
         && session.compliances().is_empty()
         && session.instruments.is_empty()
         && session.residuals.is_empty()
+}
+
+/// What gravity makes each joint carry in a pose, N·m or N.
+fn carried_by_joints(session: &Session, state: &State, pose: usize) -> Vec<f64> {
+    let pose = &session.poses[pose];
+    let mut inertia = state.inertia.clone();
+    if let Some(load) = pose.load {
+        let described = &session.loads[load];
+        let link = &mut inertia[described.link];
+        if described.is_unknown() {
+            let before = session.loads[..load].iter().filter(|other| other.is_unknown()).count();
+            link.copy_from_slice(&state.with_payloads[before][..4]);
+        } else {
+            let mass = session.load_mass(load).map_or(described.mass, |id| state.value(id));
+            let [x, y, z] = state.loads[load].map(|place| mass * place);
+            link.iter_mut().zip([mass, x, y, z]).for_each(|(number, of_load)| *number += of_load);
+        }
+    }
+    let coordinates = session.terms.coordinates(&pose.position, &pose.conditions, state);
+    let mut torques = vec![0.0; session.joints.len()];
+    session.robot.chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
+    torques
 }
 
 /// Adds the unknown of the joints that may bend, from where `start` has it.
@@ -102,13 +145,19 @@ pub(in crate::joint) fn add_unknown(
 }
 
 impl Solved {
-    /// The torque that the model gives a joint that stands, N·m, by pose and joint; zero where it moves, or is not read.
+    /// The torque that the model gives a joint that stands, N·m, by pose and joint; zero where it moves, or is not read. In slow sweeps of a
+    /// recording all count: what the mean of both ways carries bends a joint that moves as if it stood, and one with friction, which is not read
+    /// where it stands, all the same.
     ///
     /// # Errors
     /// Where a residual cannot be evaluated.
     pub(crate) fn standing_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
-        let sweeping = sweeping(session);
+        if swept(session) && !by_sweep(session) {
+            let state = self.state(&State::nominal(session));
+            return Ok((0..session.poses.len()).map(|pose| carried_by_joints(session, &state, pose)).collect());
+        }
         let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
+        let sweeping = sweeping(session);
         for (ReadingId { pose, channel }, reading) in self.built.rows.iter().zip(self.gravity_readings(session)?) {
             if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
                 let gain = self.built.variables.sensors[*channel][SensorParameter::TorqueGain as usize];
@@ -156,8 +205,9 @@ impl Solved {
             bending.joints.iter().filter_map(|joint| self.widened_by_bending(session, bending, *joint)).collect();
         let most = widened.iter().map(|(_, times)| *times).reduce(f64::max)?;
         let names: Vec<&str> = widened.iter().map(|(name, _)| name.as_str()).collect();
+        let hidden = if swept(session) { "" } else { ", and friction hides how much" };
         Some(format!(
-            "Joints may bend under their torque, which position sensors on the motors' side do not see, and friction hides how much: the \
+            "Joints may bend under their torque, which position sensors on the motors' side do not see{hidden}: the \
              intervals of {} include it, and are up to {most:.1} times as wide as for stiff joints. If the position sensors sit \
              behind the gears, say so ([deflection] compliance_std_rad_per_newton_metre = 0); else hold these joints at the same angles \
              under other torques: with a heavier load, or with the joints beyond them elsewhere.",
@@ -194,7 +244,7 @@ mod tests {
         let mut session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
-        let (standstills, path) = (Some(Default::default()), "recording.csv".into());
+        let (standstills, path) = (Some(Default::default()), session.tables[session.poses[0].table].path.clone());
         session.searched = vec![Searched { path, standstills, sweeps: None, windows: None, remarks: Vec::new() }];
         let readings = MeasurementSet { unexplained: vec![unexplained; 3], ..solved.readings().clone() };
         let built = build_problem(&session, &readings, &solved.state(&State::nominal(&session))).unwrap();
@@ -232,18 +282,21 @@ mod tests {
         let looked_for = |session: &Session, solved: &Solved| Bending::of(session, solved).unwrap().is_some();
         assert!(looked_for(&session, &solved));
         let table = Session { searched: Vec::new(), ..session.clone() };
-        let mut swept = session.clone();
-        swept.searched[0].sweeps = Some(Default::default());
+        let mut moving = session.clone();
+        moving.searched[0].windows = Some(Default::default());
         let stiff = [
             Deflection { stiff: true, ..Deflection::default() },
             Deflection { hold_std: Some(1e-3), ..Deflection::default() },
             Deflection { pose_std: Some(1e-3), ..Deflection::default() },
         ];
         let stiff = stiff.map(|deflection| Session { deflection, ..session.clone() });
-        for other in stiff.iter().chain([&table, &swept]) {
+        for other in stiff.iter().chain([&table, &moving]) {
             assert!(!looked_for(other, &solved));
         }
-        assert!(!looked_for(&session, &standing(1e-6).1), "noise alone");
+        let (mut session, solved) = standing(1e-6);
+        assert!(!looked_for(&session, &solved), "noise alone");
+        session.searched[0].sweeps = Some(Default::default());
+        assert!(looked_for(&session, &solved), "slow sweeps");
     }
 
     /// The torques that bend joints are taken anew where the deflections of the others are wrong by more than `SETTLED`.

@@ -9,6 +9,7 @@ use gravcal_robot_model::session::{Session, UnexplainedError};
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::{Bending, MeasurementSet};
+use crate::joint::model_error::bending::swept;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
 use crate::joint::solving::fit::{fit, fit_in_rounds};
@@ -53,14 +54,18 @@ pub(in crate::joint) fn solve_from(
     if at_rest.is_none() && bending.is_none() {
         return Ok(solved);
     }
+    // Few joints and few sweeps do not carry one more unknown of each joint: these are taken as stiff then, as the session has them.
+    let may_be_stiff = at_rest.is_none() && swept(session);
     let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
     readings.bending = bending.map(Arc::new).or(readings.bending);
-    let mut solved = solve_again(session, &solved, &readings, environment)?;
+    let mut bent = solve_again(session, &solved, &readings, environment)?;
     for _ in 0..if environment.is_rough() { 0 } else { BENDING_ROUNDS } {
-        let Some(readings) = solved.bent_anew(session)? else { break };
-        solved = solve_again(session, &solved, &readings, environment)?;
+        let Some(readings) = bent.bent_anew(session)? else { break };
+        bent = solve_again(session, &bent, &readings, environment)?;
     }
-    Ok(solved)
+    let open = if may_be_stiff { bent.open(session) } else { Vec::new() };
+    let as_stiff = if open.is_empty() { Vec::new() } else { solved.open(session) };
+    Ok(if open.iter().all(|id| as_stiff.contains(id)) { bent } else { solved })
 }
 
 /// Goes on from a solution with other unknowns.
