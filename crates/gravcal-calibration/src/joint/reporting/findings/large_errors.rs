@@ -1,6 +1,8 @@
 //! Errors that are large beside what gravity makes a sensor read, in words: a wrong model makes such errors.
 
-use gravcal_estimation::EvaluateError;
+use std::collections::BTreeMap;
+
+use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
@@ -13,6 +15,10 @@ use crate::result::UnexplainedResult;
 
 /// Errors of so large a share of what gravity makes a sensor read are told.
 const WARNING: f64 = 0.03;
+/// So large a share of all squared residuals, in so small a share of the poses, is of few poses; so many are named.
+const MOST: f64 = 0.8;
+const FEW: f64 = 0.15;
+const NAMED: usize = 5;
 /// Beyond this share of the torques of gravity, all joints counted together, residuals are no noise of anything: the model is another robot's, or
 /// the arm moves.
 const NOTHING_EXPLAINED: f64 = 1.0;
@@ -39,7 +45,14 @@ impl Answer {
     }
 
     /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
-    pub(in crate::joint::reporting) fn remark_on_unexplained(&self, session: &Session, findings: &mut Findings) {
+    ///
+    /// # Errors
+    /// Where the model has no finite value at the solution.
+    pub(in crate::joint::reporting) fn remark_on_unexplained(
+        &self,
+        session: &Session,
+        findings: &mut Findings,
+    ) -> Result<(), EvaluateError> {
         let beside = |size: &Option<UnexplainedResult>| {
             let UnexplainedResult { std, gravity_std, share_of_gravity, .. } = size.filter(|size| size.estimated)?;
             Some(BesideGravity { std, gravity_std, share: share_of_gravity? })
@@ -67,11 +80,41 @@ impl Answer {
                     "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
                          What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
                          hemisphere of gravity, the loads' masses, distances and poses, values given as fixed, what touches the arm or \
-                         pulls at it, single bad rows.{}",
+                         pulls at it, single bad rows.{}{}",
+                    self.few_poses(session)?.unwrap_or_default(),
                     of_instruments(session)
                 ),
             });
         }
+        Ok(())
+    }
+
+    /// Names the poses in which the errors are, where these are few.
+    fn few_poses(&self, session: &Session) -> Result<Option<String>, EvaluateError> {
+        let solved = &self.solved;
+        let mut of_pose: BTreeMap<usize, f64> = BTreeMap::new();
+        for (id, row) in solved.built.rows.iter().zip(solved.row_residuals()?) {
+            *of_pose.entry(id.pose).or_default() += row.whitened * row.whitened;
+        }
+        let all: f64 = of_pose.values().sum();
+        let poses = of_pose.len();
+        let mut worst: Vec<(usize, f64)> = of_pose.into_iter().collect();
+        worst.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let held = worst.iter().scan(0.0, |held, (_, own)| Some(std::mem::replace(held, *held + own)));
+        let few = held.take_while(|before| *before < MOST * all).count();
+        if few == 0 || few as f64 > FEW * poses as f64 || session.loss != Loss::None {
+            return Ok(None);
+        }
+        let row = |pose: usize| {
+            let (file, line) = session.row_of(pose);
+            format!("{file}:{line}")
+        };
+        let named: Vec<String> = worst.iter().take(few.min(NAMED)).map(|(pose, _)| row(*pose)).collect();
+        let more = if few > NAMED { format!(" and {} more", few - NAMED) } else { String::new() };
+        Ok(Some(format!(
+            " Most of it is in few poses ({}{more}): leave them out, or count what is far off less, [loss] kind = \"huber\".",
+            named.join(", ")
+        )))
     }
 
     /// Says where noise that nobody stated is so large beside what gravity makes a sensor read that something else is wrong, and whether
@@ -150,7 +193,7 @@ mod tests {
         let mut answer = answer(&session);
         let mut told = |unexplained: [Option<UnexplainedResult>; 3]| {
             answer.unexplained = unexplained.to_vec();
-            found(|findings| answer.remark_on_unexplained(&session, findings))
+            found(|findings| answer.remark_on_unexplained(&session, findings).unwrap())
         };
         assert_eq!(told([errors(true, 0.029), None, errors(false, 0.5)]), (None, [vec![], vec![]]));
         let (failure, [reasons, remarks]) = told([errors(true, 0.031), None, errors(true, 0.099)]);
@@ -161,6 +204,28 @@ mod tests {
         let failure = failure.unwrap();
         assert!(failure.contains("joint1") && !failure.contains("joint2"), "{failure}");
         assert!(reasons.len() == 1 && remarks.len() == 1 && remarks[0].contains("joint2"), "{reasons:?} {remarks:?}");
+    }
+
+    /// A touched arm, or a bad row, and not the model: what to leave out is said.
+    #[test]
+    fn where_few_poses_hold_the_errors_these_are_named() {
+        let advice = |touched: usize| {
+            let mut session = sarcos_shoulder().session(0);
+            for pose in session.poses.iter_mut().take(touched) {
+                pose.torque.iter_mut().flatten().for_each(|reading| reading.value += 200.0);
+            }
+            let mut answer = answer(&session);
+            answer.unexplained = vec![errors(true, 0.5), None, None];
+            let (_, [reasons, _]) = found(|findings| answer.remark_on_unexplained(&session, findings).unwrap());
+            (session.poses[0].line, reasons.concat())
+        };
+        let (line, few) = advice(3);
+        assert!(few.contains("Most of it is in few poses (") && few.contains(&format!(":{line}")), "{few}");
+        assert!(few.contains("[loss] kind = \"huber\""), "{few}");
+        for poses in [0, 200] {
+            let (_, many) = advice(poses);
+            assert!(!many.contains("few poses"), "{many}");
+        }
     }
 
     #[test]
