@@ -12,6 +12,9 @@ use crate::parameter::{Limit, Parameter, ParameterId, SensorParameter, UNREAD};
 pub const GAIN_LIMIT: f64 = 0.1;
 const ANGLE_LIMIT: f64 = 0.1;
 const DISPLACEMENT_LIMIT: f64 = 0.01;
+/// Share of the largest torque of any joint of its kind that matters for each: what a bias is off by less changes no torque of the arm by as much
+/// as sensors are good for.
+const LEAST_SPREAD: f64 = 1e-3;
 
 impl Session {
     /// Every parameter in the order in which results tell them: what belongs to a joint or instrument stands together.
@@ -126,12 +129,24 @@ impl Session {
         match limit {
             Limit::ShareOfNominal(share) => share * self.nominal(id).abs(),
             Limit::Absolute(limit) => limit,
-            Limit::HalfSpread { channel } => 0.5 * spreads[channel] / self.lever(id),
+            Limit::HalfSpread { channel } => 0.5 * self.spread_of_use(channel, spreads) / self.lever(id),
             Limit::GainChange { joint, power } => {
                 let gain = self.joints[joint].of(SensorParameter::TorqueGain).nominal.abs();
                 GAIN_LIMIT * gain / (0.5 * spreads[joint] / gain).powi(power)
             }
         }
+    }
+
+    /// Largest less smallest reading of a channel, or the least that a bias is of use for: a joint that carries nothing reads its noise alone.
+    fn spread_of_use(&self, channel: usize, spreads: &[f64]) -> f64 {
+        let joints = self.robot.chain.joints();
+        if channel >= joints.len() {
+            return spreads[channel];
+        }
+        let gain = |joint: usize| self.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
+        let alike = (0..joints.len()).filter(|joint| joints[*joint].kind == joints[channel].kind && gain(*joint) > 0.0);
+        let largest = alike.map(|joint| spreads[joint] / gain(joint)).fold(0.0, f64::max);
+        spreads[channel].max(LEAST_SPREAD * largest * gain(channel))
     }
 
     /// By how much, at most, a unit of a bias-like parameter changes the readings of a torque sensor.
