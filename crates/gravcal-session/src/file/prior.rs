@@ -25,7 +25,7 @@ const SAME_VALUE: f64 = 1e-9;
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PriorTable {
     /// The earlier `calibration.json`. Parameters of the same names are taken with their whole covariance. Do not state a std for them
-    /// again. Only a mounting, a compliance and a load's mass keep theirs, as they are exact without; it then counts no second time.
+    /// again. Only a mounting, a compliance and a load's mass keep theirs, as they are exact without it; gravcal does not count it twice.
     ///
     /// Example: `calibration = "last-week/calibration.json"`
     calibration: String,
@@ -77,7 +77,7 @@ pub(super) fn resolve(
     let mut session = session;
     for id in session.parameters() {
         let value = known.value(&session.parameter_name(id));
-        let by_std = session.is_unknown_by_its_std(id);
+        let by_std = session.is_unknown_by_its_std(id) && session.fixed(id).is_none();
         let own = session.prior_mut(id);
         if by_std && value.is_some() {
             own.kind = PriorKind::Flat;
@@ -174,7 +174,7 @@ impl Section<'_> {
                     shown(earlier.nominal, unit)
                 ))
             }
-            (None, Some(_)) if self.session.is_unknown_by_its_std(id) => Ok(()),
+            (None, Some(_)) if self.session.is_unknown_by_its_std(id) && own.fixed.is_none() => Ok(()),
             (None, None) if self.session.is_unknown_by_its_std(id) && own.fixed.is_none() => refused(format!(
                 "{name} is not determined there, and what was found depends on the std that was stated for it, which would count \
                  twice: calibrate all tables together, without [prior]"
