@@ -4,7 +4,7 @@ use gravcal_estimation::{Block, BlockId, ProblemBuilder, Sphere};
 use gravcal_robot_model::parameter::{Parameter, ParameterId, SensorParameter};
 use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
-use crate::joint::building::placements::add_placements;
+use crate::joint::building::placements::{add_placements, is_straight};
 use crate::joint::building::position_unknowns::add_unknowns;
 use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::measurement_set::MeasurementSet;
@@ -33,11 +33,6 @@ pub(in crate::joint) fn add_unknown_blocks(
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
     let bending = bending::add_unknown(session, readings, start, builder);
     VariableIndex { position_unknowns, at_rest, bending, ..variables }
-}
-
-/// Whether readings are affine in masses, moments and placements: no sensor's model is curved, and no joint gives way under what it carries.
-pub(in crate::joint) fn is_straight(session: &Session) -> bool {
-    session.terms.are_straight() && session.compliances().is_empty()
 }
 
 pub(in crate::joint) fn add_blocks(

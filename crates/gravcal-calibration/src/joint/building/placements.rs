@@ -10,9 +10,13 @@
 use gravcal_estimation::{Block, BlockId, ProblemBuilder, Sphere};
 use gravcal_robot_model::session::{Load, Session};
 
-use crate::joint::building::blocks::is_straight;
 use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::variables::{Placement, State};
+
+/// Whether readings are affine in masses, moments and placements: no sensor's model is curved, and no joint gives way under what it carries.
+pub(in crate::joint) fn is_straight(session: &Session) -> bool {
+    session.terms.are_straight() && session.compliances().is_empty()
+}
 
 /// Adds the blocks of all carried loads; distances enter only if `exact_distances`.
 pub(in crate::joint) fn add_placements(

@@ -22,10 +22,9 @@ use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Block, BlockId, EvaluateError, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::Shifted;
-use gravcal_robot_model::session::{ReadingId, Session};
+use gravcal_robot_model::session::{InertiaPrior, ReadingId, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
-use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::measurement_set::{Bending, MeasurementSet};
 use crate::joint::model_error::at_rest::OfReadings;
 use crate::joint::model_error::unexplained_size::spread;
@@ -100,7 +99,7 @@ fn may_bend(session: &Session) -> bool {
     let deflection = &session.deflection;
     session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some())
         && session.searched.iter().all(|searched| searched.windows.is_none())
-        && !(swept(session) && by_sweep(session))
+        && !(swept(session) && session.inertia == InertiaPrior::Sweep)
         && !(deflection.stiff || deflection.hold_std.is_some() || deflection.pose_std.is_some())
         && session.compliances().is_empty()
         && session.instruments.is_empty()
@@ -152,7 +151,7 @@ impl Solved {
     /// # Errors
     /// Where a residual cannot be evaluated.
     pub(crate) fn standing_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
-        if swept(session) && !by_sweep(session) {
+        if swept(session) && session.inertia != InertiaPrior::Sweep {
             let state = self.state(&State::nominal(session));
             return Ok((0..session.poses.len()).map(|pose| carried_by_joints(session, &state, pose)).collect());
         }
