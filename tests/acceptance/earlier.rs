@@ -70,7 +70,7 @@ fn reported(calibration: &Calibration) -> Vec<(String, f64, f64)> {
     let gravity = joint.gravity.unwrap();
     let axes = (0..3).map(|i| (format!("gravity {i}"), gravity.vector_m_per_s2[i], gravity.std_m_per_s2[i]));
     let free = joint.parameters.into_iter().filter(|p| p.held.is_none());
-    axes.chain(free.filter_map(|p| Some((p.name, p.value?, p.std?)))).collect()
+    axes.chain(free.map(|p| (p.name, p.value.unwrap(), p.std.unwrap()))).collect()
 }
 
 #[test]
