@@ -112,15 +112,16 @@ pub(super) fn answer(
     let solved = look_elsewhere(solved, session, (readings, known), environment)?;
     // What was stopped on its way explains the readings badly whatever the model.
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
-    let (uncertainty, origin) = solved.chosen_uncertainty(session, misfit, environment)?;
+    let pose_errors = solved.pose_errors(session)?;
+    let (uncertainty, origin) = solved.chosen_uncertainty(session, misfit, pose_errors.is_some(), environment)?;
     let solved = Solved { uncertainty, ..solved }.widened_beyond_linear(session);
     let judgement = solved.judge_for_report(session);
     environment.report("judging residuals");
     // What readings determine they determine; a term that the model lacks widens its interval.
-    let ResidualTests { tests, moved } = residual_tests(session, &solved, &origin, wanted)?;
+    let ResidualTests { tests, moved } = residual_tests(session, &solved, (&origin, pose_errors.is_some()), wanted)?;
     let moved = [moved, solved.moved_by_friction_of_load(session)].concat();
     let solved = solved.widened_by_missing_terms(&moved);
-    Answer::of(session, solved, judgement, misfit, (origin, tests))
+    Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))
 }
 
 /// The answer, and what it is worth.

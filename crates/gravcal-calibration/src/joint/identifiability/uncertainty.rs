@@ -31,18 +31,19 @@ impl Solved {
     }
 
     /// The uncertainty that the session chooses, and what to say of it. `misfit`: how many times worse than their stated
-    /// noise the readings are explained, where that is no accident.
+    /// noise the readings are explained, where that is no accident; `errs_by_pose`: whether they err from pose to pose by more than noise.
     pub(in crate::joint) fn chosen_uncertainty(
         &self,
         session: &Session,
         misfit: Option<f64>,
+        errs_by_pose: bool,
         environment: &SolveEnvironment<'_>,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
         let blocks = |block_poses| SampleBlocks::new(0..self.built.poses, block_poses);
         match session.uncertainty {
             // Only at a minimum do blocks scatter about zero; an estimate that is none has failed anyway.
-            _ if !self.estimate.termination.converged() => self.noise_uncertainty(session, misfit),
-            UncertaintyChoice::Noise => self.noise_uncertainty(session, misfit),
+            _ if !self.estimate.termination.converged() => self.noise_uncertainty(session, misfit, errs_by_pose),
+            UncertaintyChoice::Noise => self.noise_uncertainty(session, misfit, errs_by_pose),
             UncertaintyChoice::Jackknife { blocks } => {
                 let (uncertainty, reported) = self.jackknife(session, blocks)?;
                 Ok((uncertainty, UncertaintyResult::Jackknife(reported)))
@@ -77,6 +78,7 @@ impl Solved {
         &self,
         session: &Session,
         misfit: Option<f64>,
+        errs_by_pose: bool,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
         // What nothing tells the size of is not told: `undetermined.rs` says so.
         let estimated = self.readings().noise_found(session) && self.freedom_of_noise(session).is_none();
@@ -100,7 +102,7 @@ impl Solved {
         };
         let by_noise = UncertaintyResult::Noise { source, widened_by };
         let errs = misfit.is_some() || self.readings().unexplained_found(session);
-        if !errs || !self.may_leave_out_poses() {
+        if !(errs || errs_by_pose) || !self.may_leave_out_poses() {
             return Ok((uncertainty, by_noise));
         }
         let (left_out, jackknife) = match self.jackknife(session, PoseBlocks::Found) {
@@ -127,7 +129,7 @@ impl Solved {
     }
 
     /// Whether leaving out poses tells anything: there are enough, and the estimate is that of all of them together.
-    fn may_leave_out_poses(&self) -> bool {
+    pub(in crate::joint) fn may_leave_out_poses(&self) -> bool {
         self.is_minimum_of_all() && self.built.poses >= FEWEST_POSES
     }
 

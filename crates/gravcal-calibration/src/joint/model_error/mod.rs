@@ -6,5 +6,6 @@ pub(super) mod block_correlation;
 pub(super) mod contradicted_priors;
 mod farthest_from_earlier;
 pub(super) mod friction_by_load;
+pub(super) mod pose_errors;
 pub(super) mod unexplained;
 pub(super) mod unexplained_size;

@@ -3,6 +3,7 @@
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
+use crate::joint::model_error::pose_errors::PoseErrors;
 use crate::joint::reporting::payloads::payloads;
 use crate::joint::solved::Solved;
 use crate::judgement::{Asked, Judgement};
@@ -20,6 +21,8 @@ pub(in crate::joint) struct Answer {
     pub residual_tests: Vec<ResidualTest>,
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub misfit: Option<f64>,
+    /// What errs from pose to pose.
+    pub pose_errors: Option<PoseErrors>,
     /// Errors of each channel beyond its noise.
     pub unexplained: Vec<Option<UnexplainedResult>>,
 }
@@ -30,7 +33,7 @@ impl Answer {
         session: &Session,
         solved: Solved,
         judgement: Judgement,
-        misfit: Option<f64>,
+        (misfit, pose_errors): (Option<f64>, Option<PoseErrors>),
         (origin, residual_tests): (UncertaintyResult, Vec<ResidualTest>),
     ) -> Result<Answer, EstimateError> {
         Ok(Answer {
@@ -41,6 +44,7 @@ impl Answer {
             residual_tests,
             judgement,
             misfit,
+            pose_errors,
             solved,
         })
     }

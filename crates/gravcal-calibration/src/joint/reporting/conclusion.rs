@@ -54,6 +54,7 @@ impl Answer {
         }
         self.remark_on_noise(session, &mut findings)?;
         self.remark_on_blocks(&mut findings);
+        self.remark_on_pose_errors(&mut findings);
         self.solved.contradicted_priors(session).into_iter().for_each(|reason| findings.doubt_for(reason));
         self.remark_on_residuals(session, &mut findings);
         self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));

@@ -11,6 +11,8 @@ pub struct Tested {
     pub test: ResidualTest,
     pub candidate: Candidate,
     pub gain: f64,
+    /// The p-value if noise were all: what tells which of several is named first.
+    pub p_of_noise: f64,
     /// Of each column of the term.
     pub coefficients: Vec<f64>,
 }
@@ -28,11 +30,16 @@ pub enum Candidate {
     DriftOfAll,
 }
 
-/// The place of what is named next, of tests in the order of their weighted p-values. That all zeros drift comes last: one that drifts much is to
-/// be named by itself.
+/// The place of what is named next: of all that tells, what is least likely noise, for its weight. That all zeros drift comes last: one that drifts
+/// much is to be named by itself.
 pub fn next(found: &[Tested]) -> usize {
-    let tells = |tested: &Tested| tested.test.corrected_p_value < SIGNIFICANCE;
-    found.iter().position(|tested| tells(tested) && tested.candidate != Candidate::DriftOfAll).unwrap_or(0)
+    let weight = weights(found);
+    let tells =
+        |tested: &Tested| tested.test.corrected_p_value < SIGNIFICANCE && tested.candidate != Candidate::DriftOfAll;
+    let weighted = |tested: &Tested| tested.p_of_noise / weight(tested);
+    let telling = found.iter().enumerate().filter(|(_, tested)| tells(tested));
+    let first = telling.min_by(|(_, a), (_, b)| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
+    first.map_or(0, |(place, _)| place)
 }
 
 /// The share of each in the probability of naming anything: those of all joints count as much as all others together.

@@ -114,7 +114,7 @@ impl<'a> Columns<'a> {
         let joints = session.robot.chain.joints().iter().enumerate();
         let slope = |(joint, described): (usize, &gravcal_dynamics::Joint)| match described.kind {
             JointKind::Prismatic => Ok(Vec::new()),
-            _ => slope(solved, joint, rows),
+            _ => solved.slope_of_coordinate(joint, rows),
         };
         let times: Option<Vec<f64>> = session.poses.iter().map(|pose| pose.conditions.time).collect();
         let times = times.filter(|times| times.iter().any(|time| *time != times[0]));
@@ -489,20 +489,4 @@ fn turned_gravity(solved: &Solved) -> Result<[Vec<f64>; 2], EvaluateError> {
         Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).collect())
     };
     Ok([of_axis(across)?, of_axis(g.cross(&across).normalize())?])
-}
-
-/// What a step of a joint's coordinate does to the whitened residuals, by differences: the offset may be fixed, and then has no column.
-fn slope(solved: &Solved, joint: usize, rows: usize) -> Result<Vec<f64>, EvaluateError> {
-    let (problem, block) =
-        (&solved.built.problem, solved.built.variables.sensors[joint][SensorParameter::PositionOffset as usize]);
-    let at = |step: f64| {
-        let mut values = solved.estimate.values.clone();
-        values.set(block, &[values.scalar(block) + step]);
-        problem.residuals(&values)
-    };
-    let (ahead, behind) = (at(STEP)?, at(-STEP)?);
-    let readings = solved.built.rows.len();
-    let mut slope: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).take(readings).collect();
-    slope.resize(rows, 0.0);
-    Ok(slope)
 }

@@ -61,7 +61,7 @@ pub fn drift_of_all(found: &[Tested], joints: usize) -> Option<Tested> {
         ..largest.test.clone()
     };
     let gain = own().map(|(_, tested)| tested.gain).sum();
-    Some(Tested { test, candidate: Candidate::DriftOfAll, gain, coefficients })
+    Some(Tested { test, candidate: Candidate::DriftOfAll, gain, p_of_noise: p_value, coefficients })
 }
 
 /// Fisher's statistic, its degrees of freedom and its p-value.

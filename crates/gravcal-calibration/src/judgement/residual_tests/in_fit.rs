@@ -28,6 +28,7 @@ pub fn of_estimate(found: OfReadings, rows: &Rows, channel: usize, column: &[f64
         degrees_of_freedom: [1.0, freedom],
         blocks: None,
         p_value,
+        p_of_noise: p_value,
         coefficients: vec![found.size],
         in_noise: found.size.abs() * largest.sqrt(),
         gain: statistic,

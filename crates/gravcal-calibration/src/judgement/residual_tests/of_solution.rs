@@ -38,14 +38,15 @@ pub(crate) enum TestsWanted {
     WhereNamed,
 }
 
-/// Tests the residuals of a solution.
+/// Tests the residuals of a solution. `uncertainty`: where its standard deviations come from; `err_by_pose`: whether readings err from pose to pose by
+/// more than noise.
 ///
 /// # Errors
 /// Where a residual cannot be evaluated.
 pub(crate) fn residual_tests(
     session: &Session,
     solved: &Solved,
-    uncertainty: &UncertaintyResult,
+    (uncertainty, err_by_pose): (&UncertaintyResult, bool),
     wanted: TestsWanted,
 ) -> Result<ResidualTests, StatisticsError> {
     let problem = solved.judged_problem();
@@ -60,7 +61,7 @@ pub(crate) fn residual_tests(
     let solution = Solution { problem, values: &solved.estimate.values, analysis: &solved.analysis };
     let maker = ResidualMaker::new(&solution)?;
     let columns = Columns::new(session, solved, problem.rows())?;
-    let rows = Rows::new(session, solved, &maker);
+    let rows = Rows::new(session, solved, &maker).sharing_errors(err_by_pose);
     let robust = !matches!(uncertainty, UncertaintyResult::Noise { .. });
     let search = Search { session, solved, solution, columns, robust };
     let neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));

@@ -14,7 +14,7 @@ use crate::result::{ResidualTest, ResidualTestKind};
 impl Search<'_> {
     /// Of one term of a channel.
     pub fn report(&self, channel: usize, term: &Term, scored: Score) -> Tested {
-        let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain } = scored;
+        let Score { statistic, degrees_of_freedom, blocks, p_value, p_of_noise, coefficients, in_noise, gain } = scored;
         let unit = self.session.channel_unit(channel);
         let amplitude = dot(&coefficients, &coefficients).sqrt();
         let first = coefficients.first().copied().unwrap_or(0.0);
@@ -86,7 +86,7 @@ impl Search<'_> {
             named: false,
             spoils_intervals: false,
         };
-        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, coefficients }
+        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, p_of_noise, coefficients }
     }
 
     fn load(&self, load: usize) -> String {

@@ -31,6 +31,8 @@ pub struct Rows {
     pairs: Vec<Vec<(usize, usize)>>,
     /// Trace of the residual maker among an owner's rows.
     freedom: Vec<f64>,
+    /// Whether the rows of a pose share errors beside their noise.
+    share_errors: bool,
 }
 
 impl Rows {
@@ -57,9 +59,20 @@ impl Rows {
             own.windows(2).map(|pair| (pair[0], pair[1])).filter(|(a, b)| table(*a) == table(*b)).collect()
         };
         let pairs = of_channel.iter().map(pairs).collect();
-        let mut rows = Rows { owner, channels, place, poses: order.len(), of_channel, pairs, freedom: Vec::new() };
+        let (poses, freedom) = (order.len(), Vec::new());
+        let mut rows = Rows { owner, channels, place, poses, of_channel, pairs, freedom, share_errors: false };
         rows.count_freedom(maker);
         rows
+    }
+
+    /// The same where the rows of a pose share errors, or do not.
+    pub fn sharing_errors(self, share_errors: bool) -> Rows {
+        Rows { share_errors, ..self }
+    }
+
+    /// Whether the rows of a pose share errors beside their noise.
+    pub fn share_errors(&self) -> bool {
+        self.share_errors
     }
 
     /// To be done again where the residual maker is another.
@@ -119,6 +132,7 @@ impl Rows {
             of_channel: vec![(0..count).collect()],
             pairs: vec![(1..count).map(|row| (row - 1, row)).collect()],
             freedom: Vec::new(),
+            share_errors: false,
         };
         rows.count_freedom(maker);
         rows

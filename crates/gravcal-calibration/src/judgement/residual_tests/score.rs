@@ -14,7 +14,7 @@
 //! **Neighbours that are alike.** Where those of `r′` are (see [`super::neighbours`]), poses are taken in blocks of neighbours and
 //! `V = G/(G−1) Σ_b s_b s_bᵀ` with `s_b = Σ_{i∈b} W_i r′_i`. With `f = (Σ_b n_b)²/Σ_b n_b² − 1`, `n_b = Σ_{i∈b} |W_i|²`, as a term that is
 //! seen in few blocks has few that tell its scatter, `F (f−k+1)/f` has `k` and `f − k + 1` degrees of freedom (Hotelling). Of the two
-//! p-values the larger counts.
+//! p-values the larger counts. Where the readings of a pose share errors (`Solved::pose_errors`), each pose is a block.
 
 use gravcal_estimation::statistics::ResidualMaker;
 use nalgebra::{DMatrix, DVector};
@@ -43,6 +43,8 @@ pub struct Score {
     pub degrees_of_freedom: [f64; 2],
     pub blocks: Option<usize>,
     pub p_value: f64,
+    /// The same if noise were all, where readings of a pose share errors: these make all p-values larger, and what errs most the more.
+    pub p_of_noise: f64,
     /// Estimate of each column's coefficient, 0 of those that the model has already.
     pub coefficients: Vec<f64>,
     /// Root mean square of what is seen of the term in the channel where most is, in standard deviations of a reading.
@@ -66,8 +68,14 @@ pub fn score(maker: &ResidualMaker, rows: &Rows, neighbours: &[Option<Neighbours
     let (parts, squares) = products(rows, &terms, &after);
     let scatter = Scatter::of(rows, parts, &squares)?;
     let alone = scatter.test(&along)?;
-    let blocks =
-        alike(rows, neighbours, &terms, &after).and_then(|length| by_blocks(rows, &terms, &after, &along, length));
+    let in_blocks = |length: usize| by_blocks(rows, &terms, &after, &along, length);
+    let alike = alike(rows, neighbours, &terms, &after);
+    let blocks = match alike {
+        Some(length) => in_blocks(length),
+        // Few poses that see a term tell nothing of what they share: the test of all of them stands then.
+        None if rows.share_errors() => in_blocks(1).filter(|blocks| blocks.tested.is_some()),
+        None => None,
+    };
     let (statistic, degrees_of_freedom, p_value, blocks) = match blocks {
         None => (alone.0, alone.1, alone.2, None),
         Some(Blocks { tested: Some((statistic, freedom, p)), count }) if p > alone.2 => {
@@ -82,6 +90,7 @@ pub fn score(maker: &ResidualMaker, rows: &Rows, neighbours: &[Option<Neighbours
         degrees_of_freedom,
         blocks,
         p_value,
+        p_of_noise: if alike.is_none() { alone.2 } else { p_value },
         coefficients: coefficients(left, r),
         in_noise: scatter.largest_rms(rows, (0..r.len()).map(seen)),
         gain: along.norm_squared(),
@@ -256,7 +265,7 @@ struct Blocks {
 fn by_blocks(rows: &Rows, terms: &[Vec<f64>], after: &[f64], along: &DVector<f64>, length: usize) -> Option<Blocks> {
     let (poses, terms_count) = (rows.poses(), terms.len());
     // Longer blocks than leave enough of them say less than shorter ones.
-    let length = length.min(poses / LEAST_BLOCKS).max(LEAST_LENGTH);
+    let length = length.min((poses / LEAST_BLOCKS).max(LEAST_LENGTH));
     let count = poses / length;
     if count < LEAST_BLOCKS {
         return Some(Blocks { tested: None, count });

@@ -220,7 +220,8 @@ impl Search<'_> {
                     named: false,
                     spoils_intervals: false,
                 };
-                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, coefficients: Vec::new() })
+                let (candidate, coefficients) = (candidate.clone(), Vec::new());
+                Some(Tested { test, candidate, gain: 0.0, p_of_noise: p_value, coefficients })
             }
             Candidate::Together(term) | Candidate::OfArm(term) => {
                 let tested = self.report(0, term, score(maker, rows, neighbours, left)?);

@@ -2,7 +2,7 @@
 
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Options;
-use gravcal_robot_model::session::{Pose, Session};
+use gravcal_robot_model::session::{Pose, PriorKind, Session};
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -168,6 +168,7 @@ fn a_weighted_test_has_its_share_of_the_probability() {
         test: ResidualTest { p_value, ..test_of_nothing() },
         candidate,
         gain: 0.0,
+        p_of_noise: p_value,
         coefficients: Vec::new(),
     };
     // Half of the weight in the first: its p-value counts twice, those that follow as Holm has them.
@@ -424,6 +425,11 @@ fn a_load_that_is_not_as_stated_is_named_and_intervals_hold_all_the_same() {
         _ => false,
     };
     assert!(found.iter().any(|test| heavier(test) && test.spoils_intervals), "{found:?}");
+    let found: Vec<ResidualTest> = found.into_iter().filter(heavier).collect();
+    assert!(!in_words(&lighter, &found).concat().contains("torque_gain"));
+    let gain = &mut lighter.joints[1].parameters[SensorParameter::TorqueGain as usize];
+    gain.kind = PriorKind::Gaussian { std: 0.01 };
+    assert!(in_words(&lighter, &found).concat().contains("or what is stated of joint2.torque_gain"));
     let found = all_named(&elsewhere);
     let displaced = |test: &ResidualTest| matches!(test.kind, ResidualTestKind::LoadPlacement { .. });
     assert!(found.iter().any(|test| displaced(test) && test.spoils_intervals), "{found:?}");

@@ -3,7 +3,7 @@
 use gravcal_dynamics::JointKind;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::columns::ALL_JOINTS;
 use super::delayed::{cut_off, half_square};
@@ -275,7 +275,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
              calibrate those before and after by themselves."
                 .into(),
         ),
-        ResidualTestKind::LoadMass { load } => of_load_mass(load, test),
+        ResidualTestKind::LoadMass { load } => of_load_mass(session, load, test),
         ResidualTestKind::LoadPlacement { load } => (
             format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
             "Leave position_m away: torque gains do not need it. Or say how well it is known (position_std_m).".into(),
@@ -316,14 +316,26 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
 }
 
 /// A load whose mass is not as stated, and what to do about it.
-fn of_load_mass(load: &str, test: &ResidualTest) -> (String, String) {
+fn of_load_mass(session: &Session, load: &str, test: &ResidualTest) -> (String, String) {
     let heavier = if test.size > 0.0 { "heavier" } else { "lighter" };
     let by = significant(test.size.abs(), 2);
     (
         format!("The residuals of all joints show load {load} to be {heavier} than stated, by {by} {}.", test.unit),
-        "Weigh it again, or say how well it is weighed (mass_kg = { nominal = …, std = … }). What is stated of another load may be wrong instead."
-            .into(),
+        format!(
+            "Weigh it again, or say how well it is weighed (mass_kg = {{ nominal = …, std = … }}). What is stated of another load may be wrong \
+             instead{}.",
+            or_stated_gain(session)
+        ),
     )
+}
+
+/// Masses and torque gains have one scale: where a torque gain is stated, it contradicts the mass as the mass contradicts it.
+fn or_stated_gain(session: &Session) -> String {
+    let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, SensorParameter::TorqueGain));
+    let stated =
+        gains.filter(|gain| matches!(session.prior(*gain).kind, PriorKind::Gaussian { .. } | PriorKind::Fixed));
+    let stated: Vec<String> = stated.map(|gain| session.parameter_name(gain)).collect();
+    if stated.is_empty() { String::new() } else { format!(", or what is stated of {}", stated.join(", ")) }
 }
 
 /// What goes with torques, and what to do about it.

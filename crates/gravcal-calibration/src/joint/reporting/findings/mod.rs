@@ -12,6 +12,7 @@ mod mirrored_gains;
 mod noise;
 mod other_unit;
 mod passed_constraints;
+mod pose_errors;
 mod residual_shape;
 #[cfg(test)]
 mod testing;
