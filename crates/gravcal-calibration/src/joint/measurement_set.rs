@@ -184,6 +184,21 @@ impl MeasurementSet {
         (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
     }
 
+    /// Which loads are moved in a pose of which a torque is read: only these show their inertia tensors.
+    pub(super) fn moved(&self, session: &Session) -> Vec<bool> {
+        let poses = || self.moving(session);
+        (0..session.loads.len()).map(|load| poses().any(|pose| pose.load == Some(load))).collect()
+    }
+
+    /// The poses in motion of which a torque is read.
+    pub(super) fn moving<'a>(&'a self, session: &'a Session) -> impl Iterator<Item = &'a Pose> {
+        let joints = session.joints.len();
+        let poses = session.poses.iter().zip(&self.used);
+        let moving =
+            poses.filter(move |(pose, used)| pose.course.is_some() && used.iter().any(|channel| *channel < joints));
+        moving.map(|(pose, _)| pose)
+    }
+
     /// Standard deviation of one reading, unexplained errors included, unit of the reading.
     pub fn std(&self, session: &Session, id: ReadingId) -> f64 {
         let own = self.own_std(session, id);

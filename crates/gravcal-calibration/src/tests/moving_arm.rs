@@ -15,6 +15,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
+use crate::check::check;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, HeldOut, ParameterResult, ResidualTest, ResidualTestKind, SmallerModelKind};
 
@@ -584,6 +585,17 @@ fn what_is_determined_is_what_can_be_known() {
     assert_eq!(of(SESSION), [LAST], "bare and loaded runs");
     let placed = SESSION.replace("link = \"forearm\"", "link = \"forearm\"\nposition_m = [0.12, -0.05, 0.09]");
     assert!(of(&placed).is_empty(), "the load's place known");
+}
+
+/// What would be recorded besides stands, and shows no inertia tensor of the load that it carries.
+#[test]
+fn a_load_that_only_stands_cures_what_a_recording_in_motion_leaves_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = check(&session(folder.path(), 7, &SESSION.replace(LOADED, ""))).unwrap();
+    let gains =
+        report.undetermined.iter().find(|open| open.undetermined.parameters.contains(&GAINS[0].to_owned())).unwrap();
+    let words = gains.cures.iter().map(|cure| cure.addition.as_str()).collect::<Vec<_>>().join("; ");
+    assert!(words.contains("with a load of known mass"), "{words}");
 }
 
 #[test]

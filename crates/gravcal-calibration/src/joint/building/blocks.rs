@@ -114,11 +114,11 @@ fn add_tensors(
     }
     let nominal = State::nominal(session).tensors;
     let values = if start.tensors.len() == nominal.len() { &start.tensors } else { &nominal };
-    let carried = readings.carried(session);
+    let moved = readings.moved(session);
     let links = session.robot.chain.links().iter().enumerate();
-    let links = links.map(|(index, link)| (link.name.as_str(), !never_bare(session, readings, index)));
-    let loads = session.loads.iter().zip(carried);
-    let loads = loads.map(|(load, carried)| (load.name.as_str(), carried && !load.is_unknown()));
+    let links = links.map(|(index, link)| (link.name.as_str(), moves_bare(session, readings, index)));
+    let loads = session.loads.iter().zip(moved);
+    let loads = loads.map(|(load, moved)| (load.name.as_str(), moved && !load.is_unknown()));
     let bodies: Vec<(String, bool)> =
         links.chain(loads).map(|(name, felt)| (format!("{name}.inertia"), felt)).collect();
     let block = |((name, felt), value): ((String, bool), &[f64; 6])| {
@@ -145,7 +145,7 @@ fn add_with_payloads(
     straight: bool,
     builder: &mut ProblemBuilder,
 ) -> Vec<Option<WithPayload>> {
-    let carried = readings.carried(session);
+    let (carried, moved) = (readings.carried(session), readings.moved(session));
     let unknown = (0..session.loads.len()).filter(|load| session.loads[*load].is_unknown());
     let mut all = vec![None; session.loads.len()];
     let nominal = State::nominal(session).with_payloads;
@@ -161,8 +161,7 @@ fn add_with_payloads(
             Block::vector(name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
         block.units[0] = "kg".into();
         let moments = add(block, &body[..4]);
-        let moves = session.has_windows();
-        let tensor = moves.then(|| add(tensor_block(format!("{name}.inertia")), &body[4..]));
+        let tensor = moved[load].then(|| add(tensor_block(format!("{name}.inertia")), &body[4..]));
         all[load] = Some(WithPayload { index, moments, tensor });
     }
     all
@@ -173,14 +172,25 @@ fn never_bare(session: &Session, readings: &MeasurementSet, link: usize) -> bool
     if !session.loads.iter().any(|load| load.is_unknown() && load.link == link) {
         return false;
     }
-    let known = matches!(&session.inertia, InertiaPrior::Model { relative_std } if relative_std[link].is_some());
     let joints = session.joints.len();
     let mut read = session.poses.iter().zip(&readings.used);
-    !known
+    !known_by_file(session, link)
         && !read.any(|(pose, used)| {
             let bare = |load: usize| !(session.loads[load].is_unknown() && session.loads[load].link == link);
             pose.load.is_none_or(bare) && used.iter().any(|channel| *channel < joints)
         })
+}
+
+/// Whether a pose in motion shows a link's tensor without an unknown load on it, or the robot's file tells it.
+fn moves_bare(session: &Session, readings: &MeasurementSet, link: usize) -> bool {
+    let on_it = |load: usize| session.loads[load].is_unknown() && session.loads[load].link == link;
+    !(0..session.loads.len()).any(on_it)
+        || known_by_file(session, link)
+        || readings.moving(session).any(|pose| !pose.load.is_some_and(on_it))
+}
+
+fn known_by_file(session: &Session, link: usize) -> bool {
+    matches!(&session.inertia, InertiaPrior::Model { relative_std } if relative_std[link].is_some())
 }
 
 fn parameter_block(parameter: &Parameter) -> Block {
