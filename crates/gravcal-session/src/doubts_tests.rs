@@ -90,13 +90,15 @@ fn what_is_right_is_not_doubted() {
     assert_eq!(session(["rad", "N·m"], "", poses(1.0, 1.0)).doubts, [""; 0]);
     assert_eq!(session(["deg", "N·m"], "", poses(degrees, 1.0)).doubts, [""; 0]);
     assert_eq!(session(["deg", "mN·m"], "", poses(degrees, 1e3)).doubts, [""; 0]);
+    // 6.4 rad, as a wrist that turns fully reads with an offset.
+    assert_eq!(session(["rad", "N·m"], "", poses(6.4 / 2.5, 1.0)).doubts, [""; 0]);
 }
 
 #[test]
 fn positions_in_another_unit_are_doubted() {
     let far = session(["rad", "N·m"], "", poses(180.0 / PI, 1.0)).doubts;
     assert_eq!(far.len(), 1, "{far:?}");
-    let reported = "As declared, angles of shoulder, elbow reach 143 rad, farther than joints turn: the position readings look like deg, \
+    let reported = "As declared, angles of shoulder, elbow reach 143.2 rad, farther than joints turn: the position readings look like deg, \
                 and are declared as rad. If so, say unit = \"deg\" in [readings] position.";
     assert_eq!(far[0], reported);
     let near = session(["deg", "N·m"], "", poses(1.0, 1.0)).doubts;
@@ -155,6 +157,21 @@ fn a_torque_sensor_that_is_stuck_is_doubted() {
     assert_eq!(session(["rad", "N·m"], "", again).doubts, [""; 0]);
     let coarse = poses(1.0, 1.0).map(|[a, b, c, d]| [a, b, c, (d / 3.0).round() * 3.0]);
     assert_eq!(session(["rad", "N·m"], "", coarse).doubts, [""; 0]);
+}
+
+/// Its torques are small beside those of the shoulder.
+#[test]
+fn the_sensor_of_a_light_wrist_is_doubted_too() {
+    let of_wrist = |mass: &str, change: fn(f64) -> f64| {
+        let light = move |[a, b, c, d]: [f64; 4]| [a, b, c, change(d)];
+        read_with(["mass_kg = 2\n", mass], ["rad", "N·m"], ["", ""], poses(1.0, 1.0).map(light)).doubts
+    };
+    let stuck = of_wrist("mass_kg = 0.02\n", |_| 0.3);
+    let begin = "Torque readings of elbow are the same number (0.3) in all 60 poses";
+    assert!(stuck.len() == 1 && stuck[0].starts_with(begin), "{stuck:?}");
+    let thousandths = of_wrist("mass_kg = 0.2\n", |d| 1000.0 * d);
+    assert!(thousandths.len() == 1 && thousandths[0].contains("torque readings of elbow vary by"), "{thousandths:?}");
+    assert_eq!(of_wrist("mass_kg = 0.2\n", |d| 0.1 * d), [""; 0]);
 }
 
 #[test]

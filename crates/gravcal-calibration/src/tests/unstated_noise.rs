@@ -88,6 +88,13 @@ fn swapped_columns_of_torques_or_positions_are_named() {
     let mut positions = readings();
     positions.poses.iter_mut().for_each(|pose| pose.position.swap(1, 3));
     assert_eq!(estimate(&positions).termination, "swapped position columns: joint2 and joint4");
+    let mut both = readings();
+    both.poses.iter_mut().for_each(|pose| {
+        pose.torque.swap(1, 3);
+        pose.position.swap(1, 3);
+    });
+    let named = "torque and position columns of joint2 and joint4, which are swapped";
+    assert_eq!(estimate(&both).termination, named);
 }
 
 #[test]

@@ -180,8 +180,7 @@ fn standstill_notes(name: &str, standstills: &Standstills, mapping: &PoseMapping
     let reported = format!("{name}: {} standstills found{}{}", found.len(), length(found), reported_rejected(rejected));
     let wrapping = wrapping(wraps, mapping).map(|columns| {
         format!(
-            "{name}: positions jump by about a full turn ({columns}), as angles that wrap. A standstill there has no mean, and poses before \
-             and after are a turn apart: add the turns, or record angles that go on."
+            "{name}: positions jump by about a full turn ({columns}), as angles that wrap. A standstill right there has no mean."
         )
     });
     let oddities = oddities(name, *repeated, *without_time, *interruptions);

@@ -2,7 +2,7 @@
 //! thing and explains them names that thing.
 //!
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, or whose zero is half a turn away, columns of two joints that are
-//! swapped, of torques or of positions, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
+//! swapped, of torques, of positions or of both, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
 //! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is lost in the middle
 //! of a table (`lost_load.rs`).
 //!
@@ -76,6 +76,8 @@ enum Hypothesis {
     PositionHalfTurned(usize),
     TorquesSwapped(usize, usize),
     PositionsSwapped(usize, usize),
+    /// Torques and positions both: columns in another order than the robot's joints.
+    JointsSwapped(usize, usize),
     OrientationsInverted,
     /// Gravity points to the other hemisphere than the declared one.
     HemisphereInverted,
@@ -172,7 +174,15 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
         .map(Hypothesis::PositionReversed)
         .chain((0..joints).filter(turns).map(Hypothesis::PositionHalfTurned))
         .chain(torques.map(|(a, b)| Hypothesis::TorquesSwapped(a, b)))
-        .chain(positions.map(|(a, b)| Hypothesis::PositionsSwapped(a, b)))
+        .chain(positions.clone().map(|(a, b)| Hypothesis::PositionsSwapped(a, b)))
+        .chain(
+            positions
+                .filter(|(a, b)| {
+                    session.joints[*a].torque_unit.is_some()
+                        && session.joints[*a].torque_unit == session.joints[*b].torque_unit
+                })
+                .map(|(a, b)| Hypothesis::JointsSwapped(a, b)),
+        )
         .chain(session.readings.orientation.is_some().then_some(Hypothesis::OrientationsInverted))
         .chain(session.gravity.hemisphere.is_some().then_some(Hypothesis::HemisphereInverted))
         .chain(exchangeable(session).then_some(Hypothesis::LoadExchanged))
@@ -209,6 +219,10 @@ impl Hypothesis {
             }
             Hypothesis::TorquesSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.torque.swap(a, b)),
             Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.swap_positions(a, b)),
+            Hypothesis::JointsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| {
+                pose.torque.swap(a, b);
+                pose.swap_positions(a, b);
+            }),
             Hypothesis::HemisphereInverted => {
                 made.gravity.hemisphere = session.gravity.hemisphere.map(|pole| pole.map(|component| -component));
             }
@@ -230,7 +244,7 @@ impl Hypothesis {
     /// The readings as that session has them.
     fn read(self, readings: &MeasurementSet) -> MeasurementSet {
         match self {
-            Hypothesis::TorquesSwapped(a, b) => readings.exchanged(a, b),
+            Hypothesis::TorquesSwapped(a, b) | Hypothesis::JointsSwapped(a, b) => readings.exchanged(a, b),
             _ => readings.clone(),
         }
     }
@@ -253,6 +267,10 @@ impl Hypothesis {
             Hypothesis::PositionsSwapped(a, b) => (
                 format!("swapped position columns: {} and {}", name(a), name(b)),
                 "Exchange them in [readings] position columns.".to_owned(),
+            ),
+            Hypothesis::JointsSwapped(a, b) => (
+                format!("torque and position columns of {} and {}, which are swapped", name(a), name(b)),
+                "Exchange them in [readings], in the columns of position and of torque: columns stand in the order of the robot's joints.".to_owned(),
             ),
             Hypothesis::HemisphereInverted => (
                 "gravity in the other hemisphere than the declared one".to_owned(),
@@ -423,7 +441,7 @@ mod tests {
         session.poses.iter_mut().for_each(|pose| pose.load = pose.load.map(|_| 0));
         let rounded = |number: f64| (1e9 * number).round();
         let hypotheses = hypotheses(&session);
-        assert!(hypotheses.contains(&Hypothesis::LoadExchanged) && hypotheses.len() == 3 + 3 + 3 + 3 + 1 + 1);
+        assert!(hypotheses.contains(&Hypothesis::LoadExchanged) && hypotheses.len() == 3 + 3 + 3 + 3 + 3 + 1 + 1);
         for hypothesis in hypotheses {
             let once = hypothesis.made(&session);
             let twice = hypothesis.made(&once);

@@ -1,6 +1,5 @@
 //! A load that fell off or was taken off while a table was recorded: from some pose on its readings are those of the bare arm.
 
-use gravcal_recording::file_name;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
@@ -32,7 +31,7 @@ impl LostLoad {
     /// What happened, and what to do about it.
     pub fn report(self, session: &Session) -> (String, String) {
         let load = session.tables[self.table].load.map_or("", |load| session.loads[load].name.as_str());
-        let (line, file) = (session.poses[self.from].line, file_name(&session.tables[self.table].path));
+        let (file, line) = session.row_of(self.from);
         (
             format!("load {load} gone from about line {line} of {file} on"),
             "If it fell off or was taken off there, the poses from there on belong to a [[poses]] without load (a file of their own, or the \

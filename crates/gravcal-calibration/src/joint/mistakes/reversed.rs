@@ -125,8 +125,10 @@ fn search(
     if open.is_empty() || solved.estimate.termination == Termination::Stopped {
         return Ok(None);
     }
-    if doubtful && let Some(found) = beside_the_others(session, solved, &open, environment)? {
-        return Ok(Some(found));
+    match if doubtful { beside_the_others(session, solved, &open, environment)? } else { Beside::Nothing } {
+        Beside::Reversed(found) => return Ok(Some(found)),
+        Beside::OfPosition => return Ok(None),
+        Beside::Nothing => {}
     }
     if open.len() == joints.len() {
         return all_together(session, solved, &open, environment);
@@ -134,12 +136,20 @@ fn search(
     Ok(None)
 }
 
+/// What contradicts the other sensors.
+enum Beside {
+    Nothing,
+    Reversed(Reversed),
+    /// The position sensor of a joint rather than its torque sensor, which is looked for with whatever else may be mistaken.
+    OfPosition,
+}
+
 fn beside_the_others(
     session: &Session,
     solved: &Solved,
     open: &[usize],
     environment: &SolveEnvironment<'_>,
-) -> Result<Option<Reversed>, EstimateError> {
+) -> Result<Beside, EstimateError> {
     environment.report("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
     let readings = solved.readings().unexcused(session);
@@ -165,26 +175,36 @@ fn beside_the_others(
         joints = open.iter().copied().filter(|joint| !joints.contains(joint)).collect();
     }
     if joints.is_empty() {
-        return Ok(None);
+        return Ok(Beside::Nothing);
     }
     joints.sort_unstable();
     let (before, _) = solve_with(session, &readings, solved, environment)?;
     let (after, state) = solve_with(&turned(session, &joints), &readings, solved, environment)?;
     if after >= BETTER * before {
-        return Ok(None);
+        return Ok(Beside::Nothing);
+    }
+    let by_position = match joints[..] {
+        [joint] => solve_with(&with_position_turned(session, joint), &readings, solved, environment)?.0,
+        _ => f64::INFINITY,
+    };
+    if by_position < BETTER * after {
+        return Ok(Beside::OfPosition);
     }
     let (made, tried) = (turned(session, &joints), open.len());
     let made = (&made, solved.readings().clone(), state.clone());
     if !decisively_likelier(made, (session, solved), tried, environment)? {
-        return Ok(None);
+        return Ok(Beside::Nothing);
     }
     // All others may be the reversed ones: the assumed masses tell.
     if open.len() == session.joints.len() && agreement(session, solved, &state).is_some_and(|c| c < OPPOSED) {
         joints = open.iter().copied().filter(|joint| !joints.contains(joint)).collect();
     }
     let share = 100.0 * (after / before).sqrt();
-    let why = format!("with the sign turned, the residuals of all readings fall to {share:.2} % of what they were");
-    Ok(Some(Reversed { joints, why }))
+    let mut why = format!("with the sign turned, the residuals of all readings fall to {share:.2} % of what they were");
+    if by_position <= AS_GOOD * after {
+        why += ", and so they do with the sign of its position sensor turned instead (position_sign): look which it is";
+    }
+    Ok(Beside::Reversed(Reversed { joints, why }))
 }
 
 /// Whether gravity's direction is known so well that the truth is not a right angle away: there all torques may be the opposite ones.
@@ -225,6 +245,13 @@ fn turned(session: &Session, joints: &[usize]) -> Session {
     for joint in joints {
         turned.joints[*joint].parameters[SensorParameter::TorqueGain as usize].nominal *= -1.0;
     }
+    turned
+}
+
+/// The session with the position gain of a joint of the other sign.
+fn with_position_turned(session: &Session, joint: usize) -> Session {
+    let mut turned = session.clone();
+    turned.joints[joint].parameters[SensorParameter::PositionGain as usize].nominal *= -1.0;
     turned
 }
 

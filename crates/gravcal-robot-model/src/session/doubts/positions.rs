@@ -10,8 +10,10 @@ use super::unit::MistakenUnit;
 use crate::parameter::SensorParameter;
 use crate::session::Session;
 
-/// A joint with limits turns less than this from zero, rad, and any other joint less than twice.
+/// A joint with limits turns no further than these or a full turn from zero, rad, and any other joint no further than two.
 const FULL_TURN: f64 = 2.0 * PI;
+/// Sensors read beyond limits by their offsets, and gains of some per cent.
+const BEYOND: f64 = 1.1;
 /// What any joint slides is less than this, m.
 const LONGEST: f64 = 10.0;
 /// Angles in radians are within this, rad, where they are taken for degrees.
@@ -25,7 +27,7 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
     let far = |joints: &[usize]| joints.iter().map(|joint| reach(session, *joint)).fold(0.0, f64::max);
     let turned = (!turning.is_empty()).then(|| {
         let what =
-            format!("angles of {} reach {:.0} rad, farther than joints turn", named(session, &turning), far(&turning));
+            format!("angles of {} reach {:.1} rad, farther than joints turn", named(session, &turning), far(&turning));
         report(session, &turning, &what, MistakenUnit::DEGREES_AS_RADIANS)
     });
     let slid = (!sliding.is_empty()).then(|| {
@@ -72,7 +74,7 @@ fn most(session: &Session, joint: usize) -> f64 {
     let joint = &session.robot.chain.joints()[joint];
     match (joint.kind, joint.limits) {
         (JointKind::Prismatic, _) => LONGEST,
-        (JointKind::Revolute, Some(_)) => FULL_TURN,
+        (JointKind::Revolute, Some([lower, upper])) => BEYOND * lower.abs().max(upper.abs()).max(FULL_TURN),
         (JointKind::Revolute, None) => 2.0 * FULL_TURN,
     }
 }

@@ -11,6 +11,8 @@ use crate::session::stuck::{Run, longest_run};
 /// many steps of the sensor: readings in coarse steps may be equal.
 const CHANGES: f64 = 0.1;
 const STEPS: f64 = 10.0;
+/// The same share of a reading that is one number in all poses: no sensor is without noise.
+const CHANGES_OF_ALL: f64 = 1e-3;
 
 /// One sentence for each.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
@@ -19,7 +21,7 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
     if runs.is_empty() {
         return Vec::new();
     }
-    let torques = gravity_torques(session, 0..session.poses.len());
+    let torques = gravity_torques(session, 0..session.poses.len(), session.gravity.assumed());
     let most = torques.iter().map(|of_joint| half_range(of_joint)).fold(0.0, f64::max);
     runs.into_iter().filter_map(|(joint, run)| doubt(session, joint, &run, (&torques[joint], most))).collect()
 }
@@ -32,11 +34,15 @@ fn doubt(session: &Session, joint: usize, run: &Run, (torques, most): (&[f64], f
         .map(|pose| torques[pose])
         .collect();
     let changes = half_range(&within);
-    if changes <= CHANGES * most || (gain * changes).abs() <= STEPS * step(session, joint) {
+    let of_all = readings(session, joint).count();
+    let (share, step) = match run.poses == of_all {
+        false => (CHANGES, step(session, joint)),
+        true => (CHANGES_OF_ALL, step_of_others(session, joint)),
+    };
+    if changes <= share * most || (gain * changes).abs() <= STEPS * step {
         return None;
     }
     let name = &session.robot.chain.joints()[joint].name;
-    let of_all = readings(session, joint).count();
     let (first, last) = (&session.poses[run.first], &session.poses[run.last]);
     let file = |table: usize| file_name(&session.tables[table].path);
     let place = match run.poses {
@@ -68,6 +74,19 @@ fn step(session: &Session, joint: usize) -> f64 {
     numbers.sort_by(f64::total_cmp);
     let steps = numbers.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
     steps.reduce(f64::min).unwrap_or(0.0)
+}
+
+/// The largest step of other joints that read in the same unit, and the same number more than once: one that always reads the same does not show its own.
+fn step_of_others(session: &Session, joint: usize) -> f64 {
+    let unit = &session.joints[joint].torque_unit;
+    let others =
+        (0..session.joints.len()).filter(|other| *other != joint && session.joints[*other].torque_unit == *unit);
+    let in_steps = |other: &usize| {
+        let mut numbers: Vec<f64> = readings(session, *other).map(|(_, reading)| reading).collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers.windows(2).any(|pair| pair[0] == pair[1])
+    };
+    others.filter(in_steps).map(|other| step(session, other)).fold(0.0, f64::max)
 }
 
 fn half_range(numbers: &[f64]) -> f64 {

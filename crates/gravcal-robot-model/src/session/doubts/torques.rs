@@ -10,6 +10,8 @@ use crate::state::State;
 /// Torques so many times larger than the model's, or smaller, are in another unit: mN·m make a factor of 1000.
 const FAR: f64 = 20.0;
 const FAR_BELOW: f64 = 50.0;
+/// So many times larger than what the joint's own torque can be: files know wrists less well, and tools are not in them.
+const FAR_OF_OWN: f64 = 200.0;
 /// Share of the readings at either end that single bad rows may be.
 const ENDS: f64 = 0.05;
 /// Poses at which the model is computed at most, and readings of a joint that tell how much it varies at least.
@@ -28,13 +30,18 @@ pub(super) fn doubt(session: &Session) -> Option<String> {
     let largest = turning.iter().flat_map(|joint| &model[*joint]).fold(0.0_f64, |most, torque| most.max(torque.abs()));
     let varies = turning.iter().filter_map(|joint| half_range(model[*joint].clone())).fold(0.0, f64::max);
     let most = ranges.iter().map(|(_, varies)| *varies).fold(0.0, f64::max);
-    let beyond: Vec<usize> =
-        ranges.iter().filter(|(_, varies)| *varies > FAR * largest.max(LEAST)).map(|(joint, _)| *joint).collect();
+    let own = most_in_any_direction(session);
+    let is_beyond = |(joint, varies): &&(usize, f64)| {
+        *varies > FAR * largest.max(LEAST) || own[*joint] > LEAST && *varies > FAR_OF_OWN * own[*joint]
+    };
+    let beyond: Vec<usize> = ranges.iter().filter(is_beyond).map(|(joint, _)| *joint).collect();
     if !beyond.is_empty() {
         return Some(format!(
-            "As declared, torque readings of {} vary by ±{most:.0} N·m, and the robot's masses make {largest:.1} N·m at most: they are in \
+            "As declared, torque readings of {} vary by ±{:.0} N·m, and the robot's masses make {:.1} N·m at most: they are in \
              another unit. {CURE}",
-            named(session, &beyond)
+            named(session, &beyond),
+            ranges.iter().filter(|(joint, _)| beyond.contains(joint)).map(|(_, varies)| *varies).fold(0.0, f64::max),
+            beyond.iter().map(|joint| own[*joint]).fold(0.0, f64::max),
         ));
     }
     (varies > LEAST && !ranges.is_empty() && most < varies / FAR_BELOW).then(|| {
@@ -63,11 +70,31 @@ fn model(session: &Session) -> Option<Vec<Vec<f64>>> {
     if session.robot.chain.links().iter().all(|link| link.inertia.is_none()) {
         return None;
     }
-    Some(gravity_torques(session, (0..session.poses.len()).step_by(session.poses.len().div_ceil(POSES).max(1))))
+    Some(gravity_torques(session, some_poses(session), session.gravity.assumed()))
 }
 
-/// What gravity does to each joint in these poses, N·m or N, by the masses that are assumed, of the bare arm.
-pub(super) fn gravity_torques(session: &Session, poses: impl Iterator<Item = usize>) -> Vec<Vec<f64>> {
+fn some_poses(session: &Session) -> impl Iterator<Item = usize> {
+    (0..session.poses.len()).step_by(session.poses.len().div_ceil(POSES).max(1))
+}
+
+/// The most that gravity of any direction does to each joint in these poses, N·m or N: a base may stand otherwise than assumed.
+fn most_in_any_direction(session: &Session) -> Vec<f64> {
+    let size = session.gravity.assumed().iter().map(|g| g * g).sum::<f64>().sqrt();
+    let axes = [[size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
+    let [x, y, z] = axes.map(|gravity| gravity_torques(session, some_poses(session), gravity));
+    let most = |joint: usize| {
+        let all = x[joint].iter().zip(&y[joint]).zip(&z[joint]);
+        all.map(|((x, y), z)| (x * x + y * y + z * z).sqrt()).fold(0.0, f64::max)
+    };
+    (0..session.joints.len()).map(most).collect()
+}
+
+/// What this gravity, m/s², does to each joint in these poses, N·m or N, by the masses that are assumed, of the bare arm.
+pub(super) fn gravity_torques(
+    session: &Session,
+    poses: impl Iterator<Item = usize>,
+    gravity: [f64; 3],
+) -> Vec<Vec<f64>> {
     let chain = &session.robot.chain;
     let State { sensors, inertia, .. } = State::nominal(session);
     let inertia: Vec<f64> = inertia.into_iter().flatten().collect();
@@ -78,7 +105,7 @@ pub(super) fn gravity_torques(session: &Session, poses: impl Iterator<Item = usi
     for pose in poses {
         let readings = session.poses[pose].position.iter().zip(&sensors);
         let coordinates: Vec<f64> = readings.map(|(reading, sensor)| sensor[gain] * reading + sensor[offset]).collect();
-        chain.gravity_torque(&coordinates, session.gravity.assumed(), &inertia, &mut torque);
+        chain.gravity_torque(&coordinates, gravity, &inertia, &mut torque);
         of_joints.iter_mut().zip(&torque).for_each(|(all, torque)| all.push(*torque));
     }
     of_joints
