@@ -28,8 +28,12 @@ use crate::{targets, terminal};
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The recording; name others of the same columns in its session, as further [[poses]]
-    #[arg(value_name = "FILE", required = true)]
-    files: Vec<PathBuf>,
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+
+    /// Named beside it, which a glob easily does: refused with what to do.
+    #[arg(hide = true)]
+    others: Vec<PathBuf>,
 
     /// Write a session to start from
     #[arg(long, value_name = "OUT.toml")]
@@ -100,7 +104,7 @@ struct Reported<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
-    let file = only(&arguments.files)?;
+    let file = only(&arguments.file, &arguments.others)?;
     targets::check([Some(file), arguments.robot.as_deref()].into_iter().flatten(), arguments.session.as_slice())?;
     if let Some(session) = arguments.session.as_deref().filter(|session| session.exists() && !arguments.overwrite) {
         let message = format!("{}: there is such a file already", session.display());
@@ -146,24 +150,19 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
 }
 
 /// The one recording that is inspected.
-fn only(files: &[PathBuf]) -> Result<&Path, Failure> {
-    match files {
-        [file] => Ok(file),
-        [] => Err(Failure::said("which recording? name its file")),
-        [first, others @ ..] => {
-            let tables: String = others
-                .iter()
-                .map(|other| format!("\n  [[poses]]\n  file = {:?}", other.display().to_string()))
-                .collect();
-            let message = format!("{} recordings are named, and one is inspected at a time", files.len());
-            let hint = format!(
-                "draw up the session from {}; others of the same columns are added to it by hand, each with the load it was taken \
-                 with, if any (load = \"…\"):{tables}",
-                first.display()
-            );
-            Err(Failure::said(message).hint(hint))
-        }
+fn only<'f>(file: &'f Path, others: &[PathBuf]) -> Result<&'f Path, Failure> {
+    if others.is_empty() {
+        return Ok(file);
     }
+    let table = |other: &PathBuf| format!("\n  [[poses]]\n  file = {:?}", other.display().to_string());
+    let tables: String = others.iter().map(table).collect();
+    let message = format!("{} recordings are named, and one is inspected at a time", 1 + others.len());
+    let hint = format!(
+        "draw up the session from {}; others of the same columns are added to it by hand, each with the load it was taken \
+         with, if any (load = \"…\"):{tables}",
+        file.display()
+    );
+    Err(Failure::said(message).hint(hint))
 }
 
 /// The same where columns bear the names of the robot's joints. Where they tell no positions and torques at all, that is said before
@@ -173,8 +172,8 @@ fn with_robots_names(arguments: &Arguments, inspection: Inspection) -> Result<In
     let names = DraftRobot::joint_names(path).map_err(|error| Failure::bad_input(&error))?;
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let inspection = inspection.with_joint_names(&names);
-    match Draft::new(only(&arguments.files)?, &inspection, None) {
-        Err(error) => Err(refused(&error, only(&arguments.files)?)),
+    match Draft::new(&arguments.file, &inspection, None) {
+        Err(error) => Err(refused(&error, &arguments.file)),
         Ok(_) => Ok(inspection),
     }
 }
@@ -201,7 +200,10 @@ fn refused(error: &DraftError, file: &Path) -> Failure {
         DraftError::HalfNamed { .. } => failure,
         DraftError::OtherJoints { .. } => failure.hint("--base LINK and --tip LINK choose the chain of a URDF"),
         DraftError::NoJoints { .. } | DraftError::NoTorques { .. } => {
-            failure.hint("name the columns so, or write the session by hand: docs/tutorial shows one")
+            failure.hint(
+                "rename the columns in the file (of a CSV file without a header, --columns names them), or write the session by hand, with \
+                 the columns as they are: [readings] position = { columns = [\"…\"], unit = \"rad\" }, and torque likewise; docs/tutorial shows one",
+            )
         }
         DraftError::Robot(_) => failure,
     }
@@ -263,8 +265,8 @@ mod tests {
     #[test]
     fn further_recordings_are_shown_as_poses_of_the_session() {
         let files = ["bare.csv", "loaded.csv", "second load.csv"].map(PathBuf::from);
-        assert_eq!(only(&files[..1]).unwrap(), Path::new("bare.csv"));
-        let reported = only(&files).unwrap_err().to_string();
+        assert_eq!(only(&files[0], &[]).unwrap(), Path::new("bare.csv"));
+        let reported = only(&files[0], &files[1..]).unwrap_err().to_string();
         for expected in [
             "3 recordings are named, and one is inspected at a time",
             "draw up the session from bare.csv;",
@@ -272,6 +274,5 @@ mod tests {
         ] {
             assert!(reported.contains(expected), "{reported}");
         }
-        assert!(only(&[]).is_err());
     }
 }

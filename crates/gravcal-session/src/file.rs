@@ -202,6 +202,7 @@ mod swept_speed;
 mod tests;
 mod uncertainty;
 mod unexplained;
+mod wrapped;
 
 pub use context::SessionError;
 pub(crate) use instruments::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};

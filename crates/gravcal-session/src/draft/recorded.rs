@@ -4,8 +4,8 @@ use std::path::Path;
 
 use gravcal_recording::{
     ConditionColumn, ConditionColumns, ConditionUnit, CsvWriting, Inspection, MotionSource, PoseMapping,
-    PositionColumn, ReadError, ReadingColumn, Row, Rows, Stillness, SweepRule, TimeFound, Travel, WIDEST_BIN, Watched,
-    open_as, slow_sweeps, static_poses,
+    PositionColumn, ReadError, ReadingColumn, Row, Rows, Stillness, SweepRule, Sweeps, TimeFound, Travel, WIDEST_BIN,
+    Watched, open_as, slow_sweeps, static_poses,
 };
 use gravcal_robot_model::session::travel::{BIN, STEADY};
 use gravcal_robot_model::session::{Joined, Searched};
@@ -61,6 +61,23 @@ impl DraftPoses {
             DraftPoses::Found(_) => None,
         }
     }
+}
+
+/// A sweep has so many turning points at most, as its strokes are few.
+const TURNING_POINTS: usize = 4;
+
+/// Whether standstills are no more than the places at which sweeps turn, and fewer than the poses that these make.
+fn are_where_sweeps_turn(standing: usize, sweeps: &Sweeps) -> bool {
+    let poses: usize = sweeps.found.iter().map(|sweep| sweep.bins.len()).sum();
+    standing < poses && standing <= TURNING_POINTS * sweeps.found.len()
+}
+
+/// What is said of standstills that do not count, since sweeps make more poses.
+fn beside_sweeps(standing: usize) -> String {
+    format!(
+        "the arm also stands {standing} times; sweeps tell more, as friction cancels in the mean of both ways. If these standstills are poses \
+         of their own, let [readings.still] take them in place of [readings.sweeps]."
+    )
 }
 
 /// A table of static poses has rows further apart than this, s.
@@ -143,8 +160,8 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The standstills of the recording or, where there are none, its slow sweeps, with the columns and units of the draft: those that a
-    /// session of it has. Or each row is a pose already: there is no clock, or rows are long apart. `watch` is told which share is read.
+    /// The standstills of the recording, or its slow sweeps where these make more poses (an arm that sweeps stands where it turns), with the
+    /// columns and units of the draft: those that a session of it has. Or each row is a pose already: there is no clock, or rows are long apart. `watch` is told which share is read.
     ///
     /// # Errors
     /// The recording cannot be read.
@@ -158,17 +175,15 @@ impl<'a> Draft<'a> {
         let (path, mapping) = (self.recording, self.mapping());
         let rows = || Ok::<_, ReadError>(Watched::new(open_as(path, &self.csv)?, watch));
         let standstills = static_poses(path, &mut rows()?, &mapping, &Stillness::default())?;
-        let rule = self.sweep_rule().filter(|_| standstills.found.is_empty());
-        let sweeps = rule.map(|rule| slow_sweeps(path, &mut rows()?, &mapping, &rule)).transpose()?;
+        let standing = standstills.found.len();
+        let sweeps = self.sweep_rule().map(|rule| slow_sweeps(path, &mut rows()?, &mapping, &rule)).transpose();
+        // What cannot be searched for sweeps is a recording of standstills, if it holds some.
+        let sweeps = if standing > 0 { sweeps.unwrap_or(None) } else { sweeps? };
+        let sweeps = sweeps.filter(|sweeps| standing == 0 || are_where_sweeps_turn(standing, sweeps));
+        let standstills = Some(standstills).filter(|_| standing == 0 || sweeps.is_none());
         // What was lost has been told by the inspection.
-        let standstills = Some(standstills);
-        Ok(DraftPoses::Found(Box::new(Searched {
-            path: path.to_owned(),
-            standstills,
-            sweeps,
-            windows: None,
-            remarks: Vec::new(),
-        })))
+        let remarks = standstills.is_none().then(|| beside_sweeps(standing)).into_iter().collect();
+        Ok(DraftPoses::Found(Box::new(Searched { path: path.to_owned(), standstills, sweeps, windows: None, remarks })))
     }
 
     /// Why rows do not look like static poses, if they do not.

@@ -56,6 +56,30 @@ fn a_recording_with_standstills_becomes_a_session_that_finds_them() {
     assert_eq!(session.readings.positions[1].column, "elbow_pos");
 }
 
+/// The shoulder goes up and down at 0.1 rad/s, and stands for a second wherever it turns.
+#[test]
+fn standstills_where_sweeps_turn_are_fewer_poses_than_the_sweeps() {
+    let noise = |row: u32, of: u32| f64::from((row * 7919 + of * 104_729) % 1000) * 1e-6;
+    let row = |row: u32| {
+        let within = row % 1100;
+        let share = f64::from(within.min(500)) / 500.0 - f64::from(within.saturating_sub(550).min(500)) / 500.0;
+        let at = share - 0.5;
+        let cells = [at + noise(row, 1), noise(row, 2), at.sin() + noise(row, 3), at.cos() + noise(row, 4)];
+        format!("{},{}\n", f64::from(row) / 50.0, cells.map(|cell| cell.to_string()).join(","))
+    };
+    let recording: String = (0..2200).map(row).collect();
+    let (text, _, session) = drafted(&format!("t_s,shoulder_pos,elbow_pos,shoulder_tau,elbow_tau\n{recording}"));
+    let session = session.unwrap();
+    assert!(text.contains("[readings.sweeps]") && session.poses.len() > 10, "{text}");
+
+    let (folder, path) = folder(&format!("t_s,shoulder_pos,elbow_pos,shoulder_tau,elbow_tau\n{recording}"));
+    let (robot, inspection) = (robot(&folder), inspect(&path, &|_| {}).unwrap());
+    let draft = Draft::new(&path, &inspection, Some(&robot)).unwrap();
+    let poses = draft.search(&|_| {}).unwrap();
+    let notes = poses.searched().unwrap().notes(&draft.mapping());
+    assert!(notes.iter().any(|note| note.contains("the arm also stands 4 times")), "{notes:?}");
+}
+
 /// The same as pandas writes it, with dates as its index.
 #[test]
 fn dates_are_a_clock() {

@@ -14,6 +14,7 @@ use gravcal_robot_model::session::{JointPriors, Load, Pose, PoseTable, Searched}
 use super::context::SessionError;
 use super::poses::{ReadPoses, WrittenTables, count_time_from_first};
 use super::swept_speed::MovingArm;
+use super::wrapped::within_one_turn;
 use crate::document::{Document, FileError};
 
 /// What is looked for in recordings in motion.
@@ -89,6 +90,9 @@ impl Recordings<'_> {
             all.searched.push(searched);
         }
         count_time_from_first(&mut all.poses);
+        if motion.windows.is_none() {
+            within_one_turn(&mut all.poses, mapping, &mut all.searched);
+        }
         Ok(all)
     }
 

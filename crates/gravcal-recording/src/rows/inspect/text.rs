@@ -142,8 +142,8 @@ fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], time: Optio
         // From one static pose to the next a joint may turn by as much.
         if column.wraps > 0 && time.is_some_and(|time| time.interval_s < SAMPLED) {
             let text = format!(
-                "jumps by about a full turn {} times, as an angle that wraps. A standstill there has no mean, and poses before and after are a \
-                 turn apart: add the turns, or record an angle that goes on. With motion = {{}} they are added.",
+                "jumps by about a full turn {} times, as an angle that wraps. With still = {{}} and motion = {{}} poses are taken as the joint goes \
+                 on; where each row is a pose, add the turns yourself.",
                 column.wraps
             );
             wrapped(f, "  ! ", &text)?;
