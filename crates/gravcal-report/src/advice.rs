@@ -5,7 +5,7 @@ use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::MistakenUnit;
 
-use crate::sensor_row::split_name;
+use crate::sensor_row::{is_friction, split_name};
 
 /// Reasons that are told with a verdict.
 const CAUSES: usize = 2;
@@ -76,19 +76,26 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
         why: format!("Everything asked for is determined, and {explained}.{}", counted_less(result)),
         steps: vec![
             "Look once at the residuals (report.html): they should be a band without a shape.".into(),
-            format!("gravcal export {file} --to {} gives the numbers to the driver.", formats(result)),
+            match formats(result) {
+                TABLE => format!("gravcal export {file} --to {TABLE} makes a table of all that the sensors have."),
+                others => format!("gravcal export {file} --to {others} gives the numbers to the driver."),
+            },
             "Keep calibration.json: gravcal compare tells next week which sensor has moved.".into(),
         ],
     }
 }
 
-/// What can be exported: joints' sensors beyond gain and bias have tables only.
+/// The format of sensors that no driver's formula holds.
+const TABLE: &str = "csv";
+
+/// What can be exported: joints' sensors beyond gain and bias have tables only; friction is no part of a sensor.
 fn formats(result: &EstimatorResult) -> &'static str {
     let affine = |quantity: &str| SensorParameter::ALL.iter().any(|known| known.as_str() == quantity);
     let names: Vec<(&str, &str)> = result.parameters.iter().map(|parameter| split_name(&parameter.name)).collect();
     let joints: Vec<&str> = names.iter().filter(|(_, quantity)| affine(quantity)).map(|(joint, _)| *joint).collect();
-    if names.iter().any(|(owner, quantity)| joints.contains(owner) && !affine(quantity)) {
-        "csv"
+    let beyond = |quantity: &str| !affine(quantity) && !is_friction(quantity);
+    if names.iter().any(|(owner, quantity)| joints.contains(owner) && beyond(quantity)) {
+        TABLE
     } else if joints.is_empty() {
         "ros2 (or c, python)"
     } else {

@@ -2,6 +2,11 @@
 
 pub(crate) use gravcal_robot_model::number::shown_unit;
 
+/// Whether a parameter is one of a joint's friction, which is no part of its sensor.
+pub(crate) fn is_friction(quantity: &str) -> bool {
+    ["coulomb_friction", "viscous_friction", "presliding_travel"].contains(&quantity)
+}
+
 /// `joint1.torque_gain` as joint and quantity; a name without a point has no joint.
 pub(crate) fn split_name(name: &str) -> (&str, &str) {
     name.rsplit_once('.').unwrap_or(("", name))

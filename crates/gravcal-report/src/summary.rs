@@ -74,13 +74,13 @@ fn found(robot: &str, result: &EstimatorResult, file: &str) -> String {
     let rest = [&verdict, "What to do\n\n", &table, &gravity, LEGEND];
     let taken: usize = rest.iter().map(|text| text.lines().count()).sum();
     // In the order in which what is left of the screen goes to them.
-    let [why, further, open, payloads, steps] = cut_to(
+    let [why, steps, further, open, payloads] = cut_to(
         [
             wrapped("  ", "  ", &advice.why),
+            advice.steps.iter().map(|step| wrapped("  - ", "    ", step)).collect(),
             further_parameters(&entries),
             undetermined(result),
             payloads(result),
-            advice.steps.iter().map(|step| wrapped("  - ", "    ", step)).collect(),
         ],
         MOST.saturating_sub(taken),
     );
@@ -88,7 +88,7 @@ fn found(robot: &str, result: &EstimatorResult, file: &str) -> String {
 }
 
 /// Texts cut to so many lines in all, where each has [`LEAST`] of its own; the first has what it needs before the others have more.
-fn cut_to<const N: usize>(texts: [String; N], lines: usize) -> [String; N] {
+pub(crate) fn cut_to<const N: usize>(texts: [String; N], lines: usize) -> [String; N] {
     let needed = texts.each_ref().map(|text| text.lines().count());
     let mut left = lines.saturating_sub(needed.iter().map(|needed| LEAST.min(*needed)).sum());
     let mut place = 0;

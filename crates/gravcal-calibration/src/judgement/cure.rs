@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::parameters::MOVE_MORE;
-use gravcal_robot_model::session::{InertiaPrior, Session};
+use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
 use super::determined::Combination;
 use crate::result::Undetermined;
@@ -117,8 +117,13 @@ impl Situation<'_> {
             let why = "what it depends on varies too little over the poses, or only together with other things";
             return (list, why.into(), self.cures(combination));
         }
-        let why = "the range of motion is too short, or they act on the readings only together";
-        (list, why.into(), MOVE_MORE.into())
+        let why = match parameters {
+            [_] => "the readings tell it too little, or unknown masses and moments change them alike",
+            _ => "the readings tell only their combination, or too little of them",
+        };
+        let known = self.session.loads.iter().any(|load| !load.is_unknown());
+        let with_load = if known { "" } else { ", or poses with a load of known mass" };
+        (list, why.into(), format!("{MOVE_MORE}{with_load}"))
     }
 
     /// The cures of the further parameters.
@@ -165,7 +170,7 @@ impl Situation<'_> {
         let weighing = self.weighing_with(combination);
         let chain = &self.session.robot.chain;
         let moved = |link: usize| weighing.iter().any(|joint| chain.moves(*joint, link));
-        let weighed = |load: usize| moved(self.session.loads[load].link);
+        let weighed = |load: usize| !self.session.loads[load].is_unknown() && moved(self.session.loads[load].link);
         let loaded = self.session.poses.iter().any(|p| p.load.is_some_and(weighed));
         let bare = self.session.poses.iter().any(|p| !p.load.is_some_and(weighed));
         let placed = self.session.load_distances.iter().any(|known| weighed(known.between[0]));
@@ -177,8 +182,13 @@ impl Situation<'_> {
                     true => "the last link".to_owned(),
                     false => format!("link {}", names.collect::<Vec<_>>().join(" or ")),
                 };
+                // Who wants to know what a load weighs knows as a rule what the torques are.
+                let stated = match self.session.loads.iter().any(Load::is_unknown) {
+                    true => "state a torque gain that is known ([joints] torque_gain = { fixed = …, unit = … }), or ",
+                    false => "",
+                };
                 format!(
-                    "attach a load of known mass to {last} and record loaded poses besides the bare ones; two placements \
+                    "{stated}attach a load of known mass to {last} and record loaded poses besides the bare ones; two placements \
                      a known distance apart are best"
                 )
             }

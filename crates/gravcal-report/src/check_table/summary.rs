@@ -10,11 +10,11 @@ use crate::doubts::report_doubts;
 use crate::further_parameters::further_parameters;
 use crate::joint_table::{Entry, joint_table};
 use crate::sensor_row::shown_unit;
-use crate::summary::first_lines;
+use crate::summary::cut_to;
 use crate::text::wrapped;
 
-/// Lines at most of the verdict, of parameters beyond the four of each joint, of cures, of the data, and of the paper's steps.
-const LINES: [usize; 5] = [3, 3, 6, 2, 2];
+/// Lines at most.
+const MOST: usize = 25;
 
 /// What a session can and cannot determine, in at most 25 lines of 80 columns for seven joints, doubts aside.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +29,6 @@ pub struct CheckSummary<'a> {
 
 impl fmt::Display for CheckSummary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [verdict, further, cures, data, steps] = LINES;
         let report = self.report;
         let entries: Vec<Entry<'_>> = report
             .parameters
@@ -40,22 +39,26 @@ impl fmt::Display for CheckSummary<'_> {
         if !doubts.is_empty() {
             writeln!(f, "{doubts}")?;
         }
-        f.write_str(&first_lines(
-            &wrapped("", "  ", &format!("Check of {}: {}", self.robot, in_words(report))),
-            verdict,
-        ))?;
-        if report.assumes_upright {
-            f.write_str("Assumed: an upright base, as no [gravity] hemisphere is stated.\n")?;
-        }
-        f.write_str("Standard deviations to expect\n")?;
-        f.write_str(&joint_table(&entries))?;
-        f.write_str(&first_lines(&further_parameters(&entries), further))?;
-        f.write_str(&payloads(report))?;
-        f.write_str(&first_lines(&cures::report(report), cures))?;
-        f.write_str(&first_lines(&data::report(report), data))?;
-        if self.steps {
-            f.write_str(&first_lines(&unfound(&report.steps), steps))?;
-        }
+        let assumed = match report.assumes_upright {
+            true => "Assumed: an upright base, as no [gravity] hemisphere is stated.\n",
+            false => "",
+        };
+        let (table, payloads) = (joint_table(&entries), payloads(report));
+        let taken = [assumed, "Standard deviations to expect\n", &table, &payloads, "--full\n"];
+        let taken: usize = taken.iter().map(|text| text.lines().count()).sum();
+        let steps = if self.steps { unfound(&report.steps) } else { String::new() };
+        // In the order in which what is left of the screen goes to them.
+        let [verdict, cures, further, steps, data] = cut_to(
+            [
+                wrapped("", "  ", &format!("Check of {}: {}", self.robot, in_words(report))),
+                cures::in_short(report),
+                further_parameters(&entries),
+                steps,
+                data::report(report),
+            ],
+            MOST.saturating_sub(taken),
+        );
+        write!(f, "{verdict}{assumed}Standard deviations to expect\n{table}{further}{payloads}{cures}{data}{steps}")?;
         f.write_str("--full shows all, with every cure.\n")
     }
 }

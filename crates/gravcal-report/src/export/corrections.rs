@@ -6,7 +6,7 @@ use gravcal_robot_model::session::NO_TORQUE_SENSOR;
 
 use super::instruments::{InstrumentCorrection, instruments};
 use super::{ExportError, ExportFormat};
-use crate::sensor_row::split_name;
+use crate::sensor_row::{is_friction, split_name};
 
 /// What turns the readings of all joints into what they truly say.
 #[derive(Debug)]
@@ -57,6 +57,7 @@ impl Corrections {
             Taken { estimate, nominal, torques, undetermined: Vec::new(), missing: Vec::new(), remarks: Vec::new() };
         let names = joint_names(estimate);
         refuse_more(estimate, &names, format)?;
+        taken.remarks.extend(friction_left_out(estimate, &names, format));
         let joints: Vec<JointCorrection> = names.iter().filter_map(|name| taken.joint(name)).collect();
         let instruments = if format.is_robot() { Vec::new() } else { instruments(estimate, &mut taken, format)? };
         let Taken { undetermined, missing, mut remarks, .. } = taken;
@@ -102,10 +103,29 @@ fn refuse_more(estimate: &EarlierEstimate, joints: &[String], format: ExportForm
         let affine = SensorParameter::ALL.iter().any(|known| known.as_str() == quantity);
         let nothing = parameter.held.is_some() && parameter.value.unwrap_or(parameter.nominal) == 0.0;
         let no_place = format.is_robot() && of_torque_reading(parameter);
-        !affine && !nothing && !no_place && joints.iter().any(|joint| joint == owner)
+        !affine && !nothing && !no_place && !is_friction(quantity) && joints.iter().any(|joint| joint == owner)
     };
     let names: Vec<String> = estimate.parameters.iter().filter(beyond).map(|found| found.name.clone()).collect();
     if names.is_empty() { Ok(()) } else { Err(ExportError::BeyondAffine { format, names }) }
+}
+
+/// That torques come with the joints' friction, which is no part of a sensor.
+fn friction_left_out(estimate: &EarlierEstimate, joints: &[String], format: ExportFormat) -> Option<String> {
+    let rubs = |joint: &&String| {
+        estimate.parameters.iter().any(|parameter| {
+            let (owner, quantity) = split_name(&parameter.name);
+            let nothing = parameter.held.is_some() && parameter.value.unwrap_or(parameter.nominal) == 0.0;
+            owner == joint.as_str() && is_friction(quantity) && !nothing
+        })
+    };
+    let names: Vec<&str> = joints.iter().filter(rubs).map(String::as_str).collect();
+    (!names.is_empty() && !format.is_robot()).then(|| {
+        format!(
+            "friction of {} left out, which csv, markdown and latex hold: the true torque here is what gravity asks for and the friction \
+             together",
+            names.join(", ")
+        )
+    })
 }
 
 /// Whether it adds to what a torque sensor reads, by the equation in which it stands.

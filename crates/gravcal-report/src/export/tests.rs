@@ -188,18 +188,34 @@ fn a_bias_of_each_table_and_drifts_of_a_wrist_sensor_are_refused_by_name() {
 fn sensors_beyond_gain_and_bias_are_refused_by_name() {
     let mut more = estimate();
     more.parameters.extend(wrist());
-    more.parameters.insert(4, parameter("a.coulomb_friction", "count", Some(1.5), 0.0));
+    more.parameters.insert(4, parameter("a.torque_gain_2", "count/(N·m)^2", Some(1.5), 0.0));
     for format in AFFINE {
         let error = export(&more, true).to(format).unwrap_err().to_string();
         assert!(error.starts_with(&format!("{format} holds gain and bias only")), "{error}");
-        assert!(error.contains("a.coulomb_friction"), "{error}");
+        assert!(error.contains("a.torque_gain_2"), "{error}");
     }
-    let friction = more.parameters.iter_mut().find(|parameter| parameter.name == "a.coulomb_friction").unwrap();
-    friction.convention = "reading = ... + coulomb_friction * direction".into();
+    let further = more.parameters.iter_mut().find(|parameter| parameter.name == "a.torque_gain_2").unwrap();
+    further.convention = "reading = ... + torque_gain_2 * torque^2".into();
     for format in TABLES {
         let text = export(&more, false).to(format).unwrap().text.replace('\\', "");
-        assert!(text.contains("reading = ... + coulomb_friction * direction"), "{text}");
-        assert!(text.contains("a.coulomb_friction") && text.contains("wrist.gain_fx"), "{text}");
+        assert!(text.contains("reading = ... + torque_gain_2 * torque"), "{text}");
+        assert!(text.contains("a.torque_gain_2") && text.contains("wrist.gain_fx"), "{text}");
+    }
+}
+
+/// Friction is the joint's, and no part of its sensor.
+#[test]
+fn friction_is_left_out_with_a_remark() {
+    let mut more = estimate();
+    more.parameters.insert(4, parameter("a.coulomb_friction", "count", Some(1.5), 0.0));
+    for format in AFFINE {
+        let with = export(&more, true).to(format).unwrap();
+        let without = export(&estimate(), true).to(format).unwrap();
+        let numbers = |text: &str| text.lines().filter(|line| line.contains("gain")).count();
+        assert_eq!(numbers(&with.text), numbers(&without.text));
+        let remark = with.remarks.iter().find(|remark| remark.starts_with("friction of a left out")).unwrap();
+        let told = with.text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(told.contains("friction of a left out"), "{remark} is not in {}", with.text);
     }
 }
 

@@ -101,7 +101,7 @@ impl<'a> Payload<'a> {
 }
 
 const SCALE: &str = "the mass: what the readings say of it goes with something that they leave open, as a rule the common scale of the torque \
-                     gains. State torque gains that are known ([joints] torque_gain = { fixed = … }), or record poses with a load of known \
+                     gains. State torque gains that are known ([joints] torque_gain = { fixed = …, unit = … }), or record poses with a load of known \
                      mass, too";
 
 /// Rows and columns of a tensor's entries.
