@@ -209,7 +209,10 @@ fn report(wrong: Wrong, outcomes: &[Outcome]) -> bool {
 fn is_it(wrong: Wrong, joint: &str, test: &ResidualTest) -> bool {
     let trend = matches!(
         test.kind,
-        ResidualTestKind::Trend | ResidualTestKind::TrendInTables | ResidualTestKind::Tables { .. }
+        ResidualTestKind::Trend
+            | ResidualTestKind::TrendCurve
+            | ResidualTestKind::TrendInTables
+            | ResidualTestKind::Tables { .. }
     );
     match wrong {
         Wrong::Nothing => false,

@@ -1,7 +1,6 @@
 //! Readings that a robust loss counts less than half.
 
 use gravcal_estimation::{EvaluateError, Loss};
-use gravcal_recording::file_name;
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
@@ -21,14 +20,8 @@ pub(crate) fn outliers(session: &Session, solved: &Solved) -> Result<Vec<Outlier
     let mut outliers: Vec<Outlier> = rows
         .filter(|(_, weight)| *weight < HALF)
         .map(|((ReadingId { pose, channel }, residual), weight)| {
-            let pose = &session.poses[*pose];
-            Outlier {
-                table: file_name(&session.tables[pose.table].path),
-                line: pose.line,
-                joint: session.channel_name(*channel),
-                residual_in_std: residual,
-                weight,
-            }
+            let (table, line) = session.row_of(*pose);
+            Outlier { table, line, joint: session.channel_name(*channel), residual_in_std: residual, weight }
         })
         .collect();
     outliers.sort_by(|a, b| {

@@ -1,6 +1,5 @@
 //! What the torque readings say of where joints are, beyond what was known of it.
 
-use gravcal_recording::file_name;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::{PositionUnknown, Solved};
@@ -18,11 +17,12 @@ pub(crate) fn deflections(session: &Session, solved: &Solved) -> Vec<DeflectionR
 }
 
 fn deflection(session: &Session, solved: &Solved, hold: &PositionUnknown, index: usize) -> DeflectionResult {
-    let [first, last] = [hold.poses[0], hold.poses[hold.poses.len() - 1]].map(|pose| &session.poses[pose]);
+    let [(table, first), (_, last)] =
+        [hold.poses[0], hold.poses[hold.poses.len() - 1]].map(|pose| session.row_of(pose));
     let (value, std) = found(solved, hold, index);
     DeflectionResult {
-        table: file_name(&session.tables[first.table].path),
-        lines: [first.line, last.line],
+        table,
+        lines: [first, last],
         joint: session.robot.chain.joints()[hold.joints[index]].name.clone(),
         unit: solved.built.problem.block(hold.block).units[index].clone(),
         value: (std <= OBSERVABLE * hold.std[index]).then_some(value),

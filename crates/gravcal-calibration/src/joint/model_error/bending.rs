@@ -7,8 +7,8 @@
 //! What bends a joint most goes with its angle, and passes for a position gain. Only the rest shows in residuals, and what friction leaves at
 //! rest hides it. A compliance of two of its own standard deviations, which no test names, shifts that gain by three or four of its. So where
 //! errors beyond the noise show that friction may hide it, it is an unknown; the gain's interval widens to what is known of it then. In slow
-//! sweeps it always is one: readings are so many that a gain is many standard deviations off before a test finds why. Only where that leaves
-//! open what stiff joints determine, joints are taken as stiff.
+//! sweeps it always is one: readings are so many that a gain is many standard deviations off before a test finds why. Arms
+//! of one or two joints are taken as stiff there: they sweep too few ways to tell.
 //!
 //! Its prior is zero give or take what bends the joint by [`DEFLECTION`] under the spread of its torque, as gears are built for what
 //! they carry. A session that declares compliances, or that there are none, has none of these unknowns, nor has one whose instruments

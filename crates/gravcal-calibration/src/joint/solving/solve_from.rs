@@ -9,7 +9,6 @@ use gravcal_robot_model::session::{Session, UnexplainedError};
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::{Bending, MeasurementSet};
-use crate::joint::model_error::bending::swept;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
 use crate::joint::solving::fit::{fit, fit_in_rounds};
@@ -54,8 +53,6 @@ pub(in crate::joint) fn solve_from(
     if at_rest.is_none() && bending.is_none() {
         return Ok(solved);
     }
-    // Few joints and few sweeps do not carry one more unknown of each joint: these are taken as stiff then, as the session has them.
-    let may_be_stiff = at_rest.is_none() && swept(session);
     let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
     readings.bending = bending.map(Arc::new).or(readings.bending);
     let mut bent = solve_again(session, &solved, &readings, environment)?;
@@ -63,9 +60,7 @@ pub(in crate::joint) fn solve_from(
         let Some(readings) = bent.bent_anew(session)? else { break };
         bent = solve_again(session, &bent, &readings, environment)?;
     }
-    let open = if may_be_stiff { bent.open(session) } else { Vec::new() };
-    let as_stiff = if open.is_empty() { Vec::new() } else { solved.open(session) };
-    Ok(if open.iter().all(|id| as_stiff.contains(id)) { bent } else { solved })
+    Ok(bent)
 }
 
 /// Goes on from a solution with other unknowns.
