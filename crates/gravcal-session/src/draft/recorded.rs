@@ -63,7 +63,7 @@ impl DraftPoses {
     }
 }
 
-/// A sweep has so many turning points at most, as its strokes are few.
+/// At so many standstills at most one sweep turns.
 const TURNING_POINTS: usize = 4;
 
 /// Whether standstills are no more than the places at which sweeps turn, and fewer than the poses that these make.
@@ -161,7 +161,8 @@ impl<'a> Draft<'a> {
     }
 
     /// The standstills of the recording, or its slow sweeps where these make more poses (an arm that sweeps stands where it turns), with the
-    /// columns and units of the draft: those that a session of it has. Or each row is a pose already: there is no clock, or rows are long apart. `watch` is told which share is read.
+    /// columns and units of the draft: those that a session of it has. Or each row is a pose already: there is no clock, or rows are long apart.
+    /// `watch` is told which share is read.
     ///
     /// # Errors
     /// The recording cannot be read.

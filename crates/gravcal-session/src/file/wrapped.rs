@@ -1,15 +1,15 @@
 //! Angles of standstills whose sensor begins anew after a full turn.
 //!
 //! A position gain acts on the whole angle, so that 359° and −1° of one joint are two coordinates unless the gain is one. The poses of a session
-//! tell where the joint is never: in the largest arc between two neighbouring angles. The turn is cut in its middle, and the arc that the joint visits
-//! lies nearest to zero. That asks for no rows in between, and is the same for all recordings of a session.
+//! show where the joint never is: in the largest arc between two neighbouring angles. The turn begins in the middle of that arc, so that the poses are
+//! together, and nearest to zero. This needs no rows between the poses, and is the same for all recordings of a session.
 
 use std::f64::consts::TAU;
 
 use gravcal_recording::{PoseMapping, PositionUnit};
 use gravcal_robot_model::session::{Pose, Searched};
 
-/// A joint that visits more than the rest of the turn may go on beyond it, rad.
+/// Width of the arc without poses, rad, at least: a joint whose poses leave less of the turn free may go round.
 const LEAST_ARC: f64 = 0.5;
 /// Readings that span more than a turn do not wrap, rad.
 const MORE_THAN_A_TURN: f64 = 1.01 * TAU;

@@ -126,7 +126,8 @@ impl Solved {
         Ok(self.by_pose(|i, j| if i == j { in_noise(i).powi(2) } else { 0.0 }))
     }
 
-    /// What a step of a joint's coordinate does to the whitened residuals of the readings; zeros follow, up to so many rows.
+    /// What a step of a joint's coordinate does to the whitened residuals of the readings, by differences: the offset may be fixed, and then has no
+    /// column. Zeros follow, up to so many rows.
     ///
     /// # Errors
     /// Where a residual cannot be evaluated.

@@ -11,7 +11,7 @@ pub struct Tested {
     pub test: ResidualTest,
     pub candidate: Candidate,
     pub gain: f64,
-    /// The p-value if noise were all: what tells which of several is named first.
+    /// The p-value if noise were the only error: it tells which of several is named first.
     pub p_of_noise: f64,
     /// Of each column of the term.
     pub coefficients: Vec<f64>,

@@ -43,7 +43,8 @@ pub struct Score {
     pub degrees_of_freedom: [f64; 2],
     pub blocks: Option<usize>,
     pub p_value: f64,
-    /// The same if noise were all, where readings of a pose share errors: these make all p-values larger, and what errs most the more.
+    /// The p-value if noise were the only error. Where the readings of a pose share errors, `p_value` tells whether a term is there, and this which
+    /// of several is named first: scatter over poses grows with the very term that is missing.
     pub p_of_noise: f64,
     /// Estimate of each column's coefficient, 0 of those that the model has already.
     pub coefficients: Vec<f64>,
