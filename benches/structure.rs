@@ -16,7 +16,7 @@ use gravcal_estimation::{
     Block, BlockId, Estimate, Factor, Noise, Problem, ProblemBuilder, RankAnalysis, SolveContext, Solver, Values,
 };
 use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::residuals::{Prior, Shifted};
+use gravcal_robot_model::residuals::{Prior, Shift, Shifted};
 use gravcal_solvers::LevenbergMarquardt;
 
 /// Standard deviation of a joint's position error, rad.
@@ -122,8 +122,8 @@ fn with_position_errors(poses: usize, eliminated: bool) -> Result<(Problem, Valu
     for id in built.problem.block_ids() {
         builder.add_block(built.problem.block(id).clone(), built.initial.get(id));
     }
-    let offset = |ids: &[BlockId; 4]| (ids[SensorParameter::PositionOffset as usize], 1.0);
-    let offsets: Vec<(BlockId, f64)> = built.variables.sensors.iter().map(offset).collect();
+    let offset = |ids: &[BlockId; 4]| Shift::of_scalar(ids[SensorParameter::PositionOffset as usize], 1.0);
+    let offsets: Vec<Shift> = built.variables.sensors.iter().map(offset).collect();
     let names: Vec<&str> = session.robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
     let noise = || Noise::independent(&[POSITION_ERROR; 7]).map_err(|e| e.to_string());
     for (index, factor) in built.problem.factors().iter().enumerate() {

@@ -32,6 +32,8 @@ pub struct State {
     pub at_rest: Vec<f64>,
     /// By how much joints bend that are not declared to, by joint, rad/(N·m); empty where none does.
     pub bending: Vec<f64>,
+    /// How far joints sit from where the robot's description has them, m, in the order of the variables' own; empty where lengths are exact.
+    pub lengths: Vec<f64>,
 }
 
 impl State {
@@ -53,6 +55,7 @@ impl State {
             deflections: Vec::new(),
             at_rest: Vec::new(),
             bending: Vec::new(),
+            lengths: Vec::new(),
         }
     }
 
@@ -107,6 +110,7 @@ impl State {
             deflections: self.deflections.clone(),
             at_rest: self.at_rest.clone(),
             bending: self.bending.clone(),
+            lengths: self.lengths.clone(),
         }
     }
 }

@@ -153,6 +153,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         deflections: Vec::new(),
         at_rest: Vec::new(),
         bending: Vec::new(),
+        lengths: Vec::new(),
     };
     Ok(Simulation::new(template, truth, runs, Disturbance::noise(vec![NOISE; joints]), random.random()))
 }

@@ -34,6 +34,8 @@ pub struct VariableIndex {
     pub at_rest: Option<OfJoints>,
     /// How far joints bend under their torque, where that is an unknown; rad/(N·m).
     pub bending: Option<OfJoints>,
+    /// How far joints sit from where the robot's description has them, where that is an unknown.
+    pub lengths: Option<Lengths>,
 }
 
 impl VariableIndex {
@@ -74,6 +76,7 @@ impl VariableIndex {
             deflections: self.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
             at_rest: self.by_joint(self.at_rest.as_ref(), values),
             bending: self.by_joint(self.bending.as_ref(), values),
+            lengths: self.lengths.as_ref().map_or_else(Vec::new, |lengths| values.get(lengths.block).to_vec()),
         }
     }
 
@@ -132,6 +135,17 @@ pub struct PositionUnknown {
     pub poses: Vec<usize>,
     /// Whether it is that of a hold, and not of a single pose's readings.
     pub is_hold: bool,
+}
+
+/// How far joints sit from where the robot's description has them, on the links that they hang on.
+#[derive(Clone, Debug)]
+pub struct Lengths {
+    /// Three numbers for each of `links`, m, along the axes of the link that its joint hangs on.
+    pub block: BlockId,
+    /// The links that these joints move.
+    pub links: Vec<usize>,
+    /// One standard deviation of each, m.
+    pub std: f64,
 }
 
 /// A number of some joints that no one declares and that errors of the model call for: friction that is left at rest, how far joints bend.

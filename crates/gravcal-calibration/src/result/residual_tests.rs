@@ -86,6 +86,11 @@ pub enum ResidualTestKind {
         /// Its name.
         load: String,
     },
+    /// Where a joint sits on the link before it: lengths are stated without a standard deviation.
+    JointPlacement {
+        /// Its name.
+        joint: String,
+    },
     /// The gain of a torque sensor that is another in another table.
     TorqueGain {
         /// The file that is farthest off.
@@ -145,6 +150,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Gravity { file } => write!(f, "gravity ({file})"),
             ResidualTestKind::LoadMass { load } => write!(f, "mass of load {load}"),
             ResidualTestKind::LoadPlacement { load } => write!(f, "place of load {load}"),
+            ResidualTestKind::JointPlacement { joint } => write!(f, "place of {joint}"),
             ResidualTestKind::TorqueGain { file } => write!(f, "torque gain ({file})"),
             ResidualTestKind::TorqueGainTrend => f.write_str("torque gain trend"),
             ResidualTestKind::TorqueNonlinearity => f.write_str("torque nonlinearity"),

@@ -28,7 +28,12 @@ impl Chain {
 
     /// Whether a joint moves a link, itself or by what mimics it.
     pub fn moves(&self, joint: usize, link: usize) -> bool {
-        self.links_of(joint).any(|own| (own..self.topology.ends[own]).contains(&link))
+        self.links_of(joint).any(|own| self.carries(own, link))
+    }
+
+    /// Whether a link hangs on another, directly or by links between, or is that link.
+    pub fn carries(&self, link: usize, other: usize) -> bool {
+        (link..self.topology.ends[link]).contains(&other)
     }
 
     /// Whether some link is moved by both joints: the torque of one then depends on the coordinate of the other.

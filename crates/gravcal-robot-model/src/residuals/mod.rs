@@ -31,7 +31,7 @@ pub use pose_torque::{
     CarriedLoad, LoadMass, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel,
 };
 pub use prior::Prior;
-pub use shifted::Shifted;
+pub use shifted::{Shift, Shifted};
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
 pub use stacked::{Stacked, names_a_block_twice};
 pub use sweep_torque::{SweepTorque, SweepTorqueModel, lumped_directions};

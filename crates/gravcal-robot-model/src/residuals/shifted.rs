@@ -4,9 +4,10 @@
 //!     y = h(…, o_j + a_j δ_j, …)
 //! ```
 //!
-//! Around any residual that reads parameters `o_j` of one number, with one more block `δ` and known scales `a_j`. With position offsets
+//! Around any residual that reads numbers `o_j`, with one more block `δ` and known scales `a_j`. With position offsets
 //! and `a = 1` it is the deflection of joints that stand still, or the noise of their position readings (rad, m for a prismatic joint);
-//! with torque biases and the side of approach it is friction that is left at rest. `δ` needs a prior, whose width says how large such
+//! with torque biases and the side of approach it is friction that is left at rest; with first moments of links and the mass beyond a joint it is where the
+//! joint sits. `δ` needs a prior, whose width says how large such
 //! errors are. Because `δ_j` enters like `o_j`, values and derivatives are those of the inner residual at `o + a δ`. Of parameters
 //! that the inner residual does not read, `δ` has no effect.
 
@@ -18,6 +19,24 @@ use std::sync::Arc;
 use gravcal_estimation::{
     Batched, BlockId, EvaluateError, LANES, LocalValues, Residual, RowsMut, Sample, evaluate_batch,
 };
+
+/// One shift of a residual's parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shift {
+    /// The block that is shifted.
+    pub block: BlockId,
+    /// Which of its stored numbers is.
+    pub entry: usize,
+    /// So many times the shift's own component.
+    pub scale: f64,
+}
+
+impl Shift {
+    /// Of a block of one number.
+    pub fn of_scalar(block: BlockId, scale: f64) -> Shift {
+        Shift { block, entry: 0, scale }
+    }
+}
 
 /// A residual some of whose parameters are shifted.
 #[derive(Clone, Debug)]
@@ -33,19 +52,15 @@ pub struct Shifted {
 }
 
 impl Shifted {
-    /// `length`: how many numbers store a block; `shifted`: the blocks of one number to which the components of `shift` are
-    /// added, and so many times.
-    pub fn new(
-        inner: Arc<dyn Residual>,
-        length: impl Fn(BlockId) -> usize,
-        shifted: &[(BlockId, f64)],
-        shift: BlockId,
-    ) -> Self {
+    /// `length`: how many numbers store a block; `shifted`: to what the components of `shift` are added, one after the other.
+    pub fn new(inner: Arc<dyn Residual>, length: impl Fn(BlockId) -> usize, shifted: &[Shift], shift: BlockId) -> Self {
         let mut starts = vec![0];
         inner.blocks().iter().for_each(|id| starts.push(starts[starts.len() - 1] + length(*id)));
         let width = starts[starts.len() - 1];
-        let column = |block: &BlockId| Some(starts[inner.blocks().iter().position(|id| id == block)?]);
-        let shifted: Vec<(Option<usize>, f64)> = shifted.iter().map(|(block, scale)| (column(block), *scale)).collect();
+        let column = |Shift { block, entry, .. }: &Shift| {
+            Some(starts[inner.blocks().iter().position(|id| id == block)?] + entry)
+        };
+        let shifted: Vec<(Option<usize>, f64)> = shifted.iter().map(|shift| (column(shift), shift.scale)).collect();
         let shifts = width..width + shifted.len();
         let patterns = (0..inner.len()).map(|row| extended(inner.row_pattern(row), width, shifts.clone())).collect();
         let blocks = inner.blocks().iter().copied().chain([shift]).collect();
@@ -169,14 +184,16 @@ mod tests {
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
 
-    /// The offsets of the first and the last joint are shifted, the last one by twice as much the other way.
+    /// The offsets of the first and the last joint are shifted, the last one by twice as much the other way, and the second number of the first
+    /// link's moment.
     fn with_shifts() -> (Shifted, Vec<usize>) {
         let (pose, mut lengths) = loaded(&[0, 1, 2]);
-        lengths.push(2);
+        lengths.push(3);
         let ids = ids(&lengths);
-        let offsets = [(ids[4], 1.0), (ids[12], -2.0)];
+        let moment = Shift { block: ids[13], entry: 2, scale: 0.7 };
+        let shifts = [Shift::of_scalar(ids[4], 1.0), Shift::of_scalar(ids[12], -2.0), moment];
         let shift = ids[lengths.len() - 1];
-        (Shifted::new(Arc::new(pose), |id| lengths[id.index()], &offsets, shift), lengths)
+        (Shifted::new(Arc::new(pose), |id| lengths[id.index()], &shifts, shift), lengths)
     }
 
     #[test]
@@ -186,14 +203,15 @@ mod tests {
     }
 
     #[test]
-    fn a_shift_acts_like_an_offset() {
+    fn a_shift_acts_like_another_number() {
         let (residual, _) = with_shifts();
         let width = residual.width();
-        let mut x: Vec<f64> = (0..width + 2).map(|k| 1.0 + (k as f64).sin()).collect();
-        let starts: Vec<usize> = residual.starts.iter().copied().chain([width + 2]).collect();
+        let mut x: Vec<f64> = (0..width + 3).map(|k| 1.0 + (k as f64).sin()).collect();
+        let starts: Vec<usize> = residual.starts.iter().copied().chain([width + 3]).collect();
         let (mut with, mut without) = ([0.0; 3], [0.0; 3]);
         residual.evaluate(LocalValues::new(&x, &starts), &mut with, None).unwrap();
-        (x[12], x[14]) = (x[12] + x[width], x[14] - 2.0 * x[width + 1]); // 3 of gravity, then all k, b, s, o
+        // 3 of gravity, then all k, b, s, o, then mass and moment of each link.
+        (x[12], x[14], x[17]) = (x[12] + x[width], x[14] - 2.0 * x[width + 1], x[17] + 0.7 * x[width + 2]);
         let inner = LocalValues::new(&x[..width], &residual.starts);
         residual.inner.evaluate(inner, &mut without, None).unwrap();
         assert_eq!(with, without);
@@ -208,7 +226,7 @@ mod tests {
         let inner: Arc<dyn Residual> = Arc::new(pose);
         // An offset and a bias.
         let shifted = |scale: f64| {
-            let shifted = [(ids[4 + 2 * 3], 1.0), (ids[4], scale)];
+            let shifted = [Shift::of_scalar(ids[4 + 2 * 3], 1.0), Shift::of_scalar(ids[4], scale)];
             Shifted::new(Arc::clone(&inner), |id| lengths[id.index()], &shifted, ids[lengths.len() - 1])
         };
         let all = [1.0, -2.0, 0.5, 3.0].map(shifted);

@@ -100,6 +100,7 @@ mod tests {
             deflections: Vec::new(),
             at_rest: Vec::new(),
             bending: Vec::new(),
+            lengths: Vec::new(),
         }
     }
 

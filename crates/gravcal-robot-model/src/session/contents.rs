@@ -27,6 +27,9 @@ pub struct Session {
     pub gravity: GravityPrior,
     /// What is known of the links' masses and moments.
     pub inertia: InertiaPrior,
+    /// How far the joints may sit from where the robot's description says, on the links that they hang on, one standard deviation along each axis, m;
+    /// `None`: exact.
+    pub length_std: Option<f64>,
     /// Known loads, each at one placement.
     pub loads: Vec<Load>,
     /// Known distances between placements.
@@ -96,6 +99,7 @@ impl Session {
             robot,
             gravity,
             inertia: InertiaPrior::Unknown,
+            length_std: None,
             loads: Vec::new(),
             load_distances: Vec::new(),
             saturated: vec![0; joints.len()],

@@ -31,6 +31,7 @@ pub(super) type Watch<'w> = &'w dyn Fn(&Path, f64);
 pub(super) struct Declared {
     gravity: GravityPrior,
     pub inertia: InertiaPrior,
+    length_std: Option<f64>,
     joints: Vec<JointPriors>,
     instruments: Vec<AuxiliarySensor>,
     terms: SensorTerms,
@@ -54,6 +55,7 @@ impl Declared {
         let document = context.document;
         let gravity = gravity::resolve(document, &written.gravity)?;
         let inertia = inertia::resolve(context, &written.inertia)?;
+        let length_std = inertia::length_std(document, &written.inertia)?;
         let (wrists, accelerometers) = (&written.force_torque_sensor, &written.accelerometer);
         let instruments = instruments::resolve(context, wrists, accelerometers, written.poses.len())?;
         let mut mapping = readings::mapping(context, &written.readings, &instruments)?;
@@ -81,6 +83,7 @@ impl Declared {
             ask: ask::resolve(context, &joints, &further, &written.ask)?,
             gravity,
             inertia,
+            length_std,
             joints,
             instruments,
             terms,
@@ -124,6 +127,7 @@ impl Declared {
     pub fn session(self, context: &Context<'_>, written: &SessionTable) -> Session {
         Session {
             inertia: self.inertia,
+            length_std: self.length_std,
             loads: self.loads,
             load_distances: self.load_distances,
             instruments: self.instruments,

@@ -30,6 +30,13 @@ pub(super) struct InertiaTable {
     /// Example: `description = "sweep"`
     #[serde(default)]
     description: Description,
+    /// How well the robot's lengths are known: how far each joint may sit from where the robot's file has it on the link before, one standard
+    /// deviation along each axis. Intervals of the joint estimate include it. Of an arm at rest and in slow sweeps.
+    ///
+    /// Unit: m.
+    /// Default: exact.
+    /// Example: `length_std_m = 0.0005`
+    length_std_m: Option<f64>,
 }
 
 /// What the moments are those of.
@@ -74,6 +81,24 @@ pub(super) fn resolve(context: &Context<'_>, table: &InertiaTable) -> Result<Ine
             Ok(InertiaPrior::Model { relative_std })
         }
     }
+}
+
+/// How well lengths are known, m.
+pub(super) fn length_std(document: &Document, table: &InertiaTable) -> Result<Option<f64>, FileError> {
+    let field = Field::new("inertia").key("length_std_m");
+    table.length_std_m.map(|std| document.positive(&field, std, "a standard deviation", "m")).transpose()
+}
+
+/// Whether this session has lengths that can be known less well.
+pub(super) fn check_lengths(document: &Document, session: &Session) -> Result<(), FileError> {
+    let message = match session.length_std {
+        Some(_) if session.inertia == InertiaPrior::Sweep => "moments of sweeps ask for no lengths: leave it out",
+        Some(_) if session.has_windows() => {
+            "what wrong lengths do is only known of an arm at rest or in slow sweeps: leave it out, or record standstills (readings.still)"
+        }
+        _ => return Ok(()),
+    };
+    Err(document.error(&Field::new("inertia").key("length_std_m"), message))
 }
 
 fn by_sweep(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaPrior, FileError> {

@@ -313,6 +313,16 @@ fn masses_of_the_model_may_be_known() {
 }
 
 #[test]
+fn lengths_may_be_known_to_within_a_standard_deviation() {
+    let said = |said: &str| format!("[inertia]\n{said}\n[readings]");
+    assert_eq!(changed("[readings]", &said("length_std_m = 5e-4")).length_std, Some(5e-4));
+    assert_eq!(
+        refused("[readings]", &said("length_std_m = -1")),
+        "session.toml:9: inertia.length_std_m: -1 is not a standard deviation: expected a positive number of m"
+    );
+}
+
+#[test]
 fn files_that_are_not_there() {
     let folder = tempfile::tempdir().unwrap();
     let message = |path: &str| without_folder(&folder, read_session(&folder.path().join(path)).unwrap_err());

@@ -4,6 +4,7 @@ use gravcal_estimation::{Block, BlockId, ProblemBuilder, Sphere};
 use gravcal_robot_model::parameter::{Parameter, ParameterId, SensorParameter};
 use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
+use crate::joint::building::lengths;
 use crate::joint::building::placements::{add_placements, is_straight};
 use crate::joint::building::position_unknowns::add_unknowns;
 use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
@@ -32,7 +33,8 @@ pub(in crate::joint) fn add_unknown_blocks(
     let position_unknowns = add_unknowns(session, readings, start, builder);
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
     let bending = bending::add_unknown(session, readings, start, builder);
-    VariableIndex { position_unknowns, at_rest, bending, ..variables }
+    let lengths = lengths::add_unknown(session, readings, start, builder);
+    VariableIndex { position_unknowns, at_rest, bending, lengths, ..variables }
 }
 
 pub(in crate::joint) fn add_blocks(
@@ -98,6 +100,7 @@ pub(in crate::joint) fn add_blocks(
         position_unknowns: Vec::new(),
         at_rest: None,
         bending: None,
+        lengths: None,
     }
 }
 

@@ -5,12 +5,13 @@
 
 use gravcal_estimation::{BlockId, Factor, Noise, NoiseError, ProblemBuilder};
 use gravcal_robot_model::residuals::{GravityNorm, LoadDistance, Prior};
-use gravcal_robot_model::session::{InertiaPrior, ParameterPrior, PriorKind, Session};
+use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 
 use crate::joint::building::blocks::{add_blocks, add_unknown_blocks};
 use crate::joint::building::constraints::{self, constrained};
 use crate::joint::building::earlier::with_earlier;
 use crate::joint::building::factors::{add_readings, fixed_positions, positions};
+use crate::joint::building::inertia_priors::{LinkPrior, inertia_priors};
 use crate::joint::building::modelled::add_residuals;
 use crate::joint::building::placements::distances_left;
 use crate::joint::building::position_unknowns::add_priors;
@@ -19,9 +20,6 @@ use crate::joint::error::BuildError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::problem::JointProblem;
 use crate::joint::variables::{State, VariableIndex};
-
-/// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
-const TYPICAL_LEVER: f64 = 0.1;
 
 /// Standard deviation of an exact distance that cannot be held by the placements themselves, m.
 const EXACT_DISTANCE_STD: f64 = 1e-6;
@@ -97,17 +95,9 @@ fn add_parameter_priors(
             add_prior(builder, variables.block(id), vec![nominal], &[std])?;
         }
     }
-    if let InertiaPrior::Model { relative_std } = &session.inertia {
-        for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&variables.inertia).zip(relative_std) {
-            if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
-                let [x, y, z] = inertia.first_moment;
-                let moment = relative_std * moment_std(inertia.mass, [x, y, z]);
-                let std = [relative_std * inertia.mass, moment, moment, moment];
-                add_prior(builder, *id, vec![inertia.mass, x, y, z], &std)?;
-            }
-        }
+    for LinkPrior { block, expected, std, .. } in inertia_priors(session, variables) {
+        add_prior(builder, block, expected, &std)?;
     }
-    add_tensor_priors(session, variables, builder)?;
     for (load, placement) in session.loads.iter().zip(&variables.loads) {
         // A load with a position of its own is tied to no other: its placement is one block.
         if let (Some(position), Some(std), Some([id])) = (load.position, load.position_std, placement.as_deref()) {
@@ -115,6 +105,9 @@ fn add_parameter_priors(
         }
     }
     add_priors(variables, builder)?;
+    if let Some(lengths) = &variables.lengths {
+        lengths.add_prior(builder)?;
+    }
     for unknown in variables.at_rest.iter().chain(&variables.bending) {
         unknown.add_prior(builder)?;
     }
@@ -129,33 +122,7 @@ fn add_parameter_priors(
     Ok(())
 }
 
-/// What the robot's file says of links' inertia tensors, as well as it says their masses.
-fn add_tensor_priors(
-    session: &Session,
-    variables: &VariableIndex,
-    builder: &mut ProblemBuilder,
-) -> Result<(), NoiseError> {
-    let InertiaPrior::Model { relative_std } = &session.inertia else { return Ok(()) };
-    let nominal = State::nominal(session).tensors;
-    let links = session.robot.chain.links().iter().zip(relative_std);
-    for ((id, tensor), (link, relative_std)) in variables.tensors.iter().zip(nominal).zip(links) {
-        if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
-            let least = inertia.mass * TYPICAL_LEVER * TYPICAL_LEVER;
-            let size = f64::max(0.5 * (tensor[0] + tensor[2] + tensor[5]).abs(), least);
-            add_prior(builder, *id, tensor.to_vec(), &[relative_std * size; 6])?;
-        }
-    }
-    Ok(())
-}
-
 fn add_prior(builder: &mut ProblemBuilder, block: BlockId, expected: Vec<f64>, std: &[f64]) -> Result<(), NoiseError> {
     builder.add_factor(Factor::new(Prior::new(block, expected), Noise::independent(std)?));
     Ok(())
-}
-
-/// Size of a first moment for a relative uncertainty, kg·m: that of the moment itself, but at least that of the
-/// mass at [`TYPICAL_LEVER`], so that a moment drawn as zero is not taken as exact.
-fn moment_std(mass: f64, moment: [f64; 3]) -> f64 {
-    let length = moment.iter().map(|c| c * c).sum::<f64>().sqrt();
-    length.max(mass * TYPICAL_LEVER)
 }

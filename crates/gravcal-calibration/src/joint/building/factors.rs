@@ -46,6 +46,10 @@ pub(in crate::joint) fn add_readings(
             single = Some(Arc::clone(&residual));
         }
         let residual = around.residual(pose, residual);
+        let residual = match &variables.lengths {
+            Some(lengths) => lengths.around((session, variables, &stored), pose, residual),
+            None => residual,
+        };
         let residual = match &variables.at_rest {
             Some(at_rest) => at_rest::around((session, variables, &stored), at_rest, pose, residual),
             None => residual,

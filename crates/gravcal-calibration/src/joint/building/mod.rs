@@ -5,6 +5,8 @@ pub(super) mod build;
 pub(super) mod constraints;
 pub(super) mod earlier;
 pub(super) mod factors;
+pub(super) mod inertia_priors;
+pub(super) mod lengths;
 pub(super) mod modelled;
 pub(super) mod placements;
 pub(super) mod position_unknowns;

@@ -17,9 +17,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
+use gravcal_estimation::{Block, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::residuals::{Prior, Shifted};
+use gravcal_robot_model::residuals::{Prior, Shift, Shifted};
 use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps, sweeping};
 
@@ -149,9 +149,10 @@ impl<'a> Around<'a> {
         let unknowns = self.of_pose.get(&pose).into_iter().flatten();
         unknowns.fold(inner, |inner, index| {
             let PositionUnknown { block, joints, .. } = &self.variables.position_unknowns[*index];
-            let offset =
-                |joint: &usize| (self.variables.sensors[*joint][SensorParameter::PositionOffset as usize], 1.0);
-            let offsets: Vec<(BlockId, f64)> = joints.iter().map(offset).collect();
+            let offset = |joint: &usize| {
+                Shift::of_scalar(self.variables.sensors[*joint][SensorParameter::PositionOffset as usize], 1.0)
+            };
+            let offsets: Vec<Shift> = joints.iter().map(offset).collect();
             Arc::new(Shifted::new(inner, |id| self.stored.get(id).len(), &offsets, *block))
         })
     }

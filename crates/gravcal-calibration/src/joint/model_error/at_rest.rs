@@ -21,9 +21,9 @@
 
 use std::sync::Arc;
 
-use gravcal_estimation::{Block, BlockId, ProblemBuilder, Residual, Values};
+use gravcal_estimation::{Block, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::residuals::Shifted;
+use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::measurement_set::MeasurementSet;
@@ -124,12 +124,12 @@ pub(in crate::joint) fn around(
     inner: Arc<dyn Residual>,
 ) -> Arc<dyn Residual> {
     let bias = |joint: usize| variables.sensors[joint][SensorParameter::TorqueBias as usize];
-    let shifted: Vec<(BlockId, f64)> = unknown
+    let shifted: Vec<Shift> = unknown
         .joints
         .iter()
-        .map(|joint| (bias(*joint), side(session, ReadingId { pose, channel: *joint }).unwrap_or(0.0)))
+        .map(|joint| Shift::of_scalar(bias(*joint), side(session, ReadingId { pose, channel: *joint }).unwrap_or(0.0)))
         .collect();
-    if shifted.iter().all(|(_, side)| *side == 0.0) {
+    if shifted.iter().all(|shift| shift.scale == 0.0) {
         return inner;
     }
     Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))

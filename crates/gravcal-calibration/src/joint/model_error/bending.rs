@@ -19,9 +19,9 @@
 use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::{Block, BlockId, EvaluateError, ProblemBuilder, Residual, Values};
+use gravcal_estimation::{Block, EvaluateError, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::residuals::Shifted;
+use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::{InertiaPrior, ReadingId, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
@@ -83,8 +83,8 @@ impl Bending {
         inner: Arc<dyn Residual>,
     ) -> Arc<dyn Residual> {
         let offset = |joint: usize| variables.sensors[joint][SensorParameter::PositionOffset as usize];
-        let shifted: Vec<(BlockId, f64)> =
-            unknown.joints.iter().map(|joint| (offset(*joint), self.torques[pose][*joint])).collect();
+        let shifted: Vec<Shift> =
+            unknown.joints.iter().map(|joint| Shift::of_scalar(offset(*joint), self.torques[pose][*joint])).collect();
         Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
     }
 }

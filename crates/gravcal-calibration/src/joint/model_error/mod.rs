@@ -3,9 +3,11 @@
 pub(super) mod at_rest;
 pub(super) mod bending;
 pub(super) mod block_correlation;
+mod contradicted_description;
 pub(super) mod contradicted_priors;
 mod farthest_from_earlier;
 pub(super) mod friction_by_load;
+pub(super) mod lengths;
 pub(super) mod pose_errors;
 pub(super) mod unexplained;
 pub(super) mod unexplained_size;

@@ -56,10 +56,13 @@ impl Answer {
         self.remark_on_blocks(&mut findings);
         self.remark_on_pose_errors(&mut findings);
         self.solved.contradicted_priors(session).into_iter().for_each(|reason| findings.doubt_for(reason));
+        self.solved.contradicted_description(session).into_iter().for_each(|reason| findings.doubt_for(reason));
         self.remark_on_residuals(session, &mut findings);
         self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
+        self.solved.lengths_found(session).into_iter().for_each(|remark| findings.remark(remark));
+        self.on_lengths.iter().for_each(|remark| findings.remark(remark.clone()));
         self.remark_on_contradictions(session, &mut findings)?;
         self.remark_on_unexplained(session, &mut findings)?;
         let noisy = self.remark_on_noise_found(session, &mut findings)?;

@@ -42,10 +42,13 @@ pub fn next(found: &[Tested]) -> usize {
     first.map_or(0, |(place, _)| place)
 }
 
-/// The share of each in the probability of naming anything: those of all joints count as much as all others together.
+/// The share of each in the probability of naming anything: those of all joints count as much as all others together. Where a joint sits, each joint is
+/// asked by itself.
 pub fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
-    let of_all_joints = |tested: &Tested| {
-        matches!(tested.candidate, Candidate::Together(_) | Candidate::OfArm(_) | Candidate::DriftOfAll)
+    let of_all_joints = |tested: &Tested| match &tested.candidate {
+        Candidate::Together(_) | Candidate::DriftOfAll => true,
+        Candidate::OfArm(term) => !matches!(term, Term::JointPlacement(_)),
+        Candidate::Term(..) | Candidate::Neighbours(_) => false,
     };
     let together = found.iter().filter(|tested| of_all_joints(tested)).count();
     let share = (found.len() - together).max(1) as f64 / together.max(1) as f64;

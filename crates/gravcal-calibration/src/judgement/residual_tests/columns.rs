@@ -13,7 +13,7 @@ use super::friction_curve;
 use super::loads::{StatedLoad, stated_loads};
 use super::of_torque::PredictedTorques;
 use super::rows::ReadingRow;
-use crate::joint::Solved;
+use crate::joint::{JointPlacement, Solved};
 
 /// The channel of what all joints do.
 pub const ALL_JOINTS: &str = "all joints";
@@ -77,6 +77,8 @@ pub enum Term {
     LoadMass(usize),
     /// Of all channels: the stated place of a load, m along the axes of its link.
     LoadPlacement(usize),
+    /// Of all channels: where a joint sits on the link before it, m along the axes of that link; its number among those that can be told.
+    JointPlacement(usize),
 }
 
 /// Makes columns: what a unit of a term's coefficient does to the whitened residuals.
@@ -92,6 +94,8 @@ pub struct Columns<'a> {
     turned_gravity: [Vec<f64>; 2],
     /// What is stated of each load.
     loads: Vec<StatedLoad>,
+    /// Of joints beyond which a known load is carried.
+    placements: Vec<JointPlacement>,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
     predicted: PredictedTorques,
@@ -140,6 +144,7 @@ impl<'a> Columns<'a> {
             slopes,
             turned_gravity: Default::default(),
             loads: stated_loads(session, solved, rows)?,
+            placements: solved.joint_placements(session)?,
             torques,
             predicted: PredictedTorques::new(session, solved)?,
             times,
@@ -203,7 +208,12 @@ impl<'a> Columns<'a> {
     pub fn terms_of_arm(&self) -> Vec<Term> {
         let gravity = (self.tables_of_all().len() > 1).then_some(Term::Gravity);
         let loads = (0..self.loads.len()).flat_map(|load| [Term::LoadMass(load), Term::LoadPlacement(load)]);
-        gravity.into_iter().chain(loads).collect()
+        gravity.into_iter().chain(loads).chain((0..self.placements.len()).map(Term::JointPlacement)).collect()
+    }
+
+    /// Name of the joint that may sit elsewhere.
+    pub fn placed(&self, placement: usize) -> &str {
+        &self.session.robot.chain.movers()[self.placements[placement].link].name
     }
 
     /// Whether times are known.
@@ -250,6 +260,7 @@ impl<'a> Columns<'a> {
             }),
             Term::LoadMass(load) => self.loads[*load].mass.clone(),
             Term::LoadPlacement(load) => self.loads[*load].placement.clone(),
+            Term::JointPlacement(placement) => self.placements[*placement].columns.clone(),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
                 .map(|function| self.reading(channel, |pose| function(f64::from(*order) * self.angle(channel, pose))))
                 .into(),

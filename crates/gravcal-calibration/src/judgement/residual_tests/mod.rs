@@ -16,7 +16,8 @@
 //! **What changes between tables.** A bias, a gain, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a
 //! base that was moved).
 //!
-//! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]).
+//! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]). **Lengths of the robot**, as far as a known load beyond a
+//! joint shows where the joint sits (`joint/model_error/lengths.rs`).
 //!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
 //! recorder does the same to all torques, and warmth about the same to all gains. One compliance of all joints, one lag and one filter of all torques, and

@@ -71,6 +71,10 @@ impl Search<'_> {
             Term::LoadPlacement(load) => {
                 (ResidualTestKind::LoadPlacement { load: self.load(*load) }, amplitude, "m".to_owned())
             }
+            Term::JointPlacement(placement) => {
+                let joint = self.columns.placed(*placement).to_owned();
+                (ResidualTestKind::JointPlacement { joint }, amplitude, "m".to_owned())
+            }
         };
         let test = ResidualTest {
             channel: self.session.channel_name(channel),

@@ -56,6 +56,7 @@ impl Search<'_> {
         let mut named: Vec<ResidualTest> = Vec::new();
         let (mut missing, mut lacking) = (Vec::new(), 0);
         let mut not_alone_in = Vec::new();
+        let mut most_aside = 0.0_f64;
         let mut found = self.tested(&maker, &rows, &neighbours, candidates);
         loop {
             let weight = weights(&found);
@@ -66,6 +67,7 @@ impl Search<'_> {
             let tells = found.get(next).is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
             if !tells || lacking == MOST_NAMED {
                 missing.extend(self.of_others(&not_alone_in, &found));
+                missing.extend(self.of_other_lengths(most_aside, &found));
                 named.extend(found.into_iter().map(|tested| tested.test));
                 return Ok((named, missing));
             }
@@ -76,6 +78,9 @@ impl Search<'_> {
             if judged.spoils_intervals {
                 missing.extend(own);
                 not_alone_in.extend(not_alone(&first.candidate, self.session.joints.len()));
+                if matches!(first.candidate, Candidate::OfArm(Term::JointPlacement(_))) {
+                    most_aside = most_aside.max(judged.size);
+                }
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
@@ -101,11 +106,8 @@ impl Search<'_> {
         match candidate {
             Candidate::Neighbours(_) => Vec::new(),
             Candidate::Term(channel, term) => vec![self.columns.missing(*channel, term, coefficients)],
-            Candidate::OfArm(term @ Term::LoadPlacement(_)) => {
-                // About its joint's axis an offset takes up what is wrong, and nothing is seen of it: it may be as wrong there.
-                let way = dot(coefficients, coefficients).sqrt();
-                let axes = self.columns.of(0, term).into_iter();
-                axes.map(|axis| axis.into_iter().map(|entry| way * entry).collect()).collect()
+            Candidate::OfArm(term @ (Term::LoadPlacement(_) | Term::JointPlacement(_))) => {
+                self.aside(term, dot(coefficients, coefficients).sqrt())
             }
             Candidate::OfArm(term) => vec![self.columns.missing(0, term, coefficients)],
             Candidate::Together(term) => {
@@ -114,6 +116,13 @@ impl Search<'_> {
             }
             Candidate::DriftOfAll => vec![self.columns.missing_in_joints(&Term::Trend, coefficients)],
         }
+    }
+
+    /// A place that is wrong by so much, m, along one axis after the other. About its joint's axis an offset takes up what is wrong, and nothing is seen
+    /// of it: it may be as wrong there.
+    fn aside(&self, term: &Term, metres: f64) -> Vec<Vec<f64>> {
+        let axes = self.columns.of(0, term).into_iter();
+        axes.map(|axis| axis.into_iter().map(|entry| metres * entry).collect()).collect()
     }
 
     /// What a model may not say of other channels than those of which a term is named that is seldom alone.
@@ -125,6 +134,15 @@ impl Search<'_> {
             is_other.then(|| self.columns.missing(*channel, term, &with_errors(tested)))
         };
         found.iter().filter_map(of_other).collect()
+    }
+
+    /// Lengths that are not named, as wrong as the one that is named and most wrong, m: who measured one badly measured others so.
+    fn of_other_lengths(&self, most: f64, found: &[Tested]) -> Vec<Vec<f64>> {
+        let of_length = |tested: &Tested| match &tested.candidate {
+            Candidate::OfArm(term @ Term::JointPlacement(_)) if most > 0.0 => self.aside(term, most),
+            _ => Vec::new(),
+        };
+        found.iter().flat_map(of_length).collect()
     }
 
     /// Columns of a candidate that are looked for in what the fit leaves; none of what is tested otherwise.

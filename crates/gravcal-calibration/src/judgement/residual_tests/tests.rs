@@ -1,8 +1,10 @@
 //! Each family with a case in which it is there, and right models in which nothing is.
 
+use gravcal_dynamics::{Chain, Transform};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Options;
 use gravcal_robot_model::session::{Pose, PriorKind, Session};
+use gravcal_session::simulation::Simulation;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -433,6 +435,48 @@ fn a_load_that_is_not_as_stated_is_named_and_intervals_hold_all_the_same() {
     let found = all_named(&elsewhere);
     let displaced = |test: &ResidualTest| matches!(test.kind, ResidualTestKind::LoadPlacement { .. });
     assert!(found.iter().any(|test| displaced(test) && test.spoils_intervals), "{found:?}");
+}
+
+/// The shoulder with loads whose places are stated, read by an arm whose third joint sits `aside`, m, from where the description has it.
+fn with_a_joint_aside(aside: [f64; 3]) -> (Simulation, Session) {
+    let mut simulation = sarcos_shoulder();
+    let chain = simulation.template.robot.chain.clone();
+    let mut joints = chain.joints().to_vec();
+    joints[2].before = Transform::along(aside).compose(&joints[2].before);
+    simulation.template.robot.chain = Chain::new(chain.base(), joints, chain.links().to_vec()).unwrap();
+    let mut session = simulation.session(0);
+    session.robot.chain = chain;
+    session.load_distances.clear();
+    for (load, position) in session.loads.iter_mut().zip(&simulation.truth.loads) {
+        load.position = Some(*position);
+    }
+    (simulation, session)
+}
+
+/// What an arm of other lengths reads is named, and intervals hold; so they do where the session says how well lengths are known, and then they are
+/// narrower, and nothing is in doubt.
+#[test]
+fn a_joint_that_is_not_where_the_description_has_it_is_named_or_an_unknown() {
+    let (simulation, exact) = with_a_joint_aside([0.008, -0.01, 0.009]);
+    let result = estimate(&exact);
+    let named = named(&result);
+    let placed = ResidualTestKind::JointPlacement { joint: exact.robot.chain.joints()[2].name.clone() };
+    assert!(named[0].kind == placed && named[0].spoils_intervals, "{named:?}");
+    let known = Session { length_std: Some(0.01), ..exact.clone() };
+    let unknown = estimate(&known);
+    assert_eq!(unknown.verdict, Verdict::Determined, "{:?}", unknown.notes);
+    for result in [&result, &unknown] {
+        for (name, error) in errors(&exact, &simulation, result) {
+            assert!(error.abs() < 3.5, "{name} is {error} standard deviations off");
+        }
+    }
+    let std = |result: &EstimatorResult| result.parameters.iter().filter_map(|one| one.std).sum::<f64>();
+    assert!(std(&unknown) < std(&result), "{} {}", std(&unknown), std(&result));
+    assert!(unknown.notes.iter().any(|note| note.contains("The readings tell how far joints sit")));
+    // Ten times as far off as stated.
+    let doubted = estimate(&Session { length_std: Some(0.001), ..exact });
+    let contradicts = |note: &String| note.contains("contradict what the session says of the robot's lengths");
+    assert!(doubted.verdict != Verdict::Determined && doubted.notes.iter().any(contradicts), "{:?}", doubted.notes);
 }
 
 /// A walk that comes back is no trend; where neighbours are alike, nothing else is named for it.

@@ -280,6 +280,12 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
             "Leave position_m away: torque gains do not need it. Or say how well it is known (position_std_m).".into(),
         ),
+        ResidualTestKind::JointPlacement { joint } => (
+            format!("The residuals of all joints show {joint} {size} {unit} from where the robot's description has it on the link before."),
+            "Intervals allow for other lengths that are as wrong. Use lengths that were measured for this very arm (controllers of many arms hold them), or say \
+             how well they are known ([inertia] length_std_m). A load may be elsewhere than position_m says instead."
+                .into(),
+        ),
         ResidualTestKind::PositionOffset { file } => (
             format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
             "Either it was homed anew between the tables, or the load is not where position_m says, the joint gives way under it, or lengths of the robot are others. Record all \
