@@ -74,6 +74,7 @@ mod link_gravity;
 mod nearest;
 mod pseudo_inertia;
 mod transform;
+mod turned;
 #[cfg(feature = "urdf")]
 mod urdf;
 mod without_lengths;

@@ -136,6 +136,24 @@ fn torques_beyond_the_model_are_doubted() {
 }
 
 /// All of the time, or from some pose on; of a reading in coarse steps it may be chance, and each pose may be read several times.
+/// Readings of a sensor that reads in steps agree anywhere, and least often at its ends.
+#[test]
+fn equal_readings_at_an_end_are_doubted_and_steps_are_not() {
+    let told = |read: &dyn Fn(f64) -> f64| {
+        let row = |row: u32| {
+            let [q1, q2, y1, y2] = at([f64::from(row) / 20.0 - 1.5, 2.0 * random(row, 2)], 1.0, 1.0);
+            [q1, q2, read(y1 + 0.1 * random(row, 3)), y2]
+        };
+        let session = session(["rad", "N·m"], "", (0..60).map(row));
+        session.find_doubts().into_iter().filter(|doubt| doubt.contains("end of its range")).collect::<Vec<String>>()
+    };
+    assert_eq!(told(&|torque| torque), [""; 0]);
+    assert_eq!(told(&|torque| torque.round()), [""; 0]);
+    let largest = told(&|torque| torque.min(12.0));
+    assert!(largest.len() == 1 && largest[0].contains("largest torque reading of shoulder, 12,"), "{largest:?}");
+    assert!(told(&|torque| torque.max(2.0))[0].contains("lowest in [readings] torque"));
+}
+
 #[test]
 fn a_torque_sensor_that_is_stuck_is_doubted() {
     let stuck = |from: u32, to: u32| {

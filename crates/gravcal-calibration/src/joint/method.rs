@@ -118,15 +118,12 @@ pub(super) fn answer(
     let judgement = solved.judge_for_report(session);
     environment.report("judging residuals");
     // What readings determine they determine; a term that the model lacks widens its interval.
-    let ResidualTests { tests, moved } = residual_tests(session, &solved, (&origin, pose_errors.is_some()), wanted)?;
+    let ResidualTests { tests, moved, on_exact } =
+        residual_tests(session, &solved, (&origin, pose_errors.is_some()), wanted)?;
     let moved = [moved, solved.moved_by_friction_of_load(session)].concat();
     let solved = solved.widened_by_missing_terms(&moved);
-    let on_lengths = match wanted {
-        TestsWanted::All => solved.numbers_that_hang_on_lengths(session)?,
-        TestsWanted::WhereNamed => None,
-    };
     let answer = Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))?;
-    Ok(Answer { on_lengths, ..answer })
+    Ok(Answer { on_exact, ..answer })
 }
 
 /// The answer, and what it is worth.

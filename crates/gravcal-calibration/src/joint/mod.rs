@@ -25,6 +25,7 @@ pub(crate) use identifiability::pose_blocks::stands_alike;
 pub use measurement_set::MeasurementSet;
 pub use method::solve;
 pub(crate) use model_error::at_rest::OfReadings;
+pub(crate) use model_error::axes::JointTilt;
 pub(crate) use model_error::lengths::JointPlacement;
 pub use order::Order;
 pub use problem::JointProblem;

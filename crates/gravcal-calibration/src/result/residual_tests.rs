@@ -91,6 +91,11 @@ pub enum ResidualTestKind {
         /// Its name.
         joint: String,
     },
+    /// How a joint is tilted on the link before it: directions of axes are stated without a standard deviation.
+    JointTilt {
+        /// Its name.
+        joint: String,
+    },
     /// The gain of a torque sensor that is another in another table.
     TorqueGain {
         /// The file that is farthest off.
@@ -150,6 +155,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Gravity { file } => write!(f, "gravity ({file})"),
             ResidualTestKind::LoadMass { load } => write!(f, "mass of load {load}"),
             ResidualTestKind::LoadPlacement { load } => write!(f, "place of load {load}"),
+            ResidualTestKind::JointTilt { joint } => write!(f, "tilt of {joint}"),
             ResidualTestKind::JointPlacement { joint } => write!(f, "place of {joint}"),
             ResidualTestKind::TorqueGain { file } => write!(f, "torque gain ({file})"),
             ResidualTestKind::TorqueGainTrend => f.write_str("torque gain trend"),

@@ -59,7 +59,8 @@ fn gains_are_as_uncertain_as_the_mass_and_all_else_is_as_it_was() {
         assert!((z - off).abs() < 0.5, "{z}");
         let mass = parameter(&weighed, "load.plate-a.mass");
         assert!((mass.std.unwrap() / (WEIGHED_TO * mass.nominal) - 1.0).abs() < 0.01 && !mass.asked);
-        let says_exact = |result: &EstimatorResult| result.notes.iter().any(|note| note.contains("taken as exact"));
+        let says_exact =
+            |result: &EstimatorResult| result.notes.iter().any(|note| note.contains("masses, taken as exact"));
         assert!(says_exact(&exact) && !says_exact(&weighed));
     }
 }

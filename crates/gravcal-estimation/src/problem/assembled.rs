@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::check::{ProblemError, check_constraints, check_factors};
 use super::offsets::offsets;
 use super::structure::{RowPlan, Shape, Structure};
-use crate::{Block, BlockId, Constraint, Factor, Loss, Reference, Values};
+use crate::{Block, BlockId, Constraint, EvaluateError, Factor, Loss, Noise, Reference, Values, Weights};
 
 /// Multiplications of an orthogonal factorization that take no longer than normal equations.
 const SMALL: usize = 1_000;
@@ -172,6 +172,24 @@ impl Problem {
         let mut all = self.factors.to_vec();
         all[factors].iter_mut().for_each(|factor| factor.loss = loss);
         Ok(Problem { factors: all.into(), ..self.clone() })
+    }
+
+    /// The least squares whose solution these values are where they are that of this problem: each row counts by the root of the weight that its loss
+    /// gives it there ([`Problem::weights`]), and has none. Correlated rows keep theirs.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn weighted_at(&self, values: &Values) -> Result<Problem, EvaluateError> {
+        let weights = self.weights(values)?;
+        let weighted = |(index, factor): (usize, &Factor)| match &factor.noise {
+            Noise::Independent(Weights(own)) if factor.loss != Loss::None => {
+                let rows = own.iter().zip(&weights[self.rows_of(index)]).map(|(own, weight)| own * weight.sqrt());
+                Factor { noise: Noise::Independent(Weights(rows.collect())), loss: Loss::None, ..factor.clone() }
+            }
+            _ => factor.clone(),
+        };
+        let factors: Vec<Factor> = self.factors.iter().enumerate().map(weighted).collect();
+        Ok(Problem { factors: factors.into(), ..self.clone() })
     }
 
     /// The same blocks with other factors: other noise, other samples.

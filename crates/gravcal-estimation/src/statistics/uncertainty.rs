@@ -48,6 +48,18 @@ impl Uncertainty {
         }
     }
 
+    /// The same where something adds to the standard deviation of each column by this factor that no solution contains, those of replicates as little
+    /// as the estimate: their percentiles say nothing of it, and intervals are symmetric.
+    #[must_use]
+    pub fn with_systematic(self, factors: &[f64]) -> Uncertainty {
+        let covariance = self.covariance.widened(factors);
+        let spread = match self.spread {
+            Spread::Replicates(replicates) => Spread::Quantile(replicates.quantile()),
+            spread => spread,
+        };
+        Uncertainty { covariance, spread }
+    }
+
     /// This uncertainty with the standard deviation of every column at least that of another: correlations stay as they are here, and the
     /// quantile of a function is that of whichever of the two has the larger standard deviation of it.
     #[must_use]

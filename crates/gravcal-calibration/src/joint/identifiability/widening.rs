@@ -29,7 +29,10 @@ impl Solved {
         for (column, std) in nearby.into_iter().chain(other_ends).chain(self.profiles.iter().copied()) {
             factors[column] = factors[column].max(std / known.std(column).max(f64::MIN_POSITIVE));
         }
-        self.widened(&factors)
+        if factors.iter().all(|factor| *factor == 1.0) {
+            return self;
+        }
+        Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
     }
 
     /// The same with each standard deviation `σ` as `√(σ² + Σ Δ²)`: by each `Δ` something that the model lacks moves the column.
@@ -40,15 +43,10 @@ impl Solved {
             if std > 0.0 && square > 0.0 { (1.0 + square / (std * std)).sqrt() } else { 1.0 }
         };
         let factors: Vec<f64> = (0..self.judged_problem().columns().len()).map(factor).collect();
-        self.widened(&factors)
-    }
-
-    /// The same with each column's standard deviation so many times as large.
-    fn widened(self, factors: &[f64]) -> Solved {
         if factors.iter().all(|factor| *factor == 1.0) {
             return self;
         }
-        Solved { uncertainty: self.uncertainty.widened(factors), ..self }
+        Solved { uncertainty: self.uncertainty.with_systematic(&factors), ..self }
     }
 
     /// Column and standard deviation of which a place nearby tells its share. What is beyond its limit there is not determined.

@@ -18,7 +18,7 @@
 
 use std::sync::Arc;
 
-use gravcal_dynamics::JointKind;
+use gravcal_dynamics::{Chain, JointKind};
 use gravcal_estimation::{Block, EvaluateError, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::{Shift, Shifted};
@@ -106,8 +106,8 @@ fn may_bend(session: &Session) -> bool {
         && session.residuals.is_empty()
 }
 
-/// What gravity makes each joint carry in a pose, N·m or N.
-fn carried_by_joints(session: &Session, state: &State, pose: usize) -> Vec<f64> {
+/// What gravity makes each joint carry in a pose, N·m or N; `chain`: the session's, or one that differs from it in where joints sit.
+pub(in crate::joint) fn carried_by_joints(session: &Session, chain: &Chain, state: &State, pose: usize) -> Vec<f64> {
     let pose = &session.poses[pose];
     let mut inertia = state.inertia.clone();
     if let Some(load) = pose.load {
@@ -124,7 +124,7 @@ fn carried_by_joints(session: &Session, state: &State, pose: usize) -> Vec<f64> 
     }
     let coordinates = session.terms.coordinates(&pose.position, &pose.conditions, state);
     let mut torques = vec![0.0; session.joints.len()];
-    session.robot.chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
+    chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
     torques
 }
 
@@ -153,7 +153,9 @@ impl Solved {
     pub(crate) fn standing_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
         if swept(session) && session.inertia != InertiaPrior::Sweep {
             let state = self.state(&State::nominal(session));
-            return Ok((0..session.poses.len()).map(|pose| carried_by_joints(session, &state, pose)).collect());
+            let chain = &session.robot.chain;
+            let carried = |pose: usize| carried_by_joints(session, chain, &state, pose);
+            return Ok((0..session.poses.len()).map(carried).collect());
         }
         let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
         let sweeping = sweeping(session);

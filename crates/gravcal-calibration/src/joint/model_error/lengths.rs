@@ -1,12 +1,8 @@
-//! What lengths that are taken as exact do to numbers.
+//! Where joints sit: what a length that is wrong does to the readings, and what these tell of lengths that are unknowns.
 //!
-//! A joint that sits aside by `δ` moves the first moment of the link that it hangs on, times the mass beyond it (`building/lengths.rs`). Much of it passes
-//! for torque gains and offsets of position sensors, and nothing of it is left in residuals: who trusts lengths should know what hangs on them.
+//! A joint that sits aside by `δ` moves the first moment of the link that it hangs on, times the mass beyond it (`building/lengths.rs`).
 
-use gravcal_estimation::statistics::{Solution, StatisticsError, moved_by};
 use gravcal_estimation::{EvaluateError, in_parallel};
-use gravcal_robot_model::number::significant;
-use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::building::lengths::{mass_beyond, placed_links};
@@ -14,12 +10,8 @@ use crate::joint::solved::Solved;
 
 /// Step of a first moment, kg·m: what readings are of is linear in it.
 const STEP: f64 = 1.0;
-/// How far joints sit from where a description says that nobody has measured, m, for the remark on what this would do.
-const UNSAID: f64 = 1e-3;
 /// A length is told where its standard deviation is a smaller share of what was known of it.
 const TOLD: f64 = 0.5;
-/// By how many of its standard deviations such lengths move a number that is worth a remark.
-const REMARKABLE: f64 = 1.0;
 
 /// A joint that hangs on another link than the base.
 #[derive(Clone, Debug)]
@@ -85,37 +77,5 @@ impl Solved {
                 told.join(", ")
             )
         })
-    }
-
-    /// Says which number hangs on lengths most, where these are taken as exact and it hangs on them much. `self`: with its standard deviations as told.
-    pub(in crate::joint) fn numbers_that_hang_on_lengths(
-        &self,
-        session: &Session,
-    ) -> Result<Option<String>, StatisticsError> {
-        let placements = self.joint_placements(session)?;
-        if placements.is_empty() || !self.estimate.termination.converged() {
-            return Ok(None);
-        }
-        let aside = |column: &Vec<f64>| column.iter().map(|entry| UNSAID * entry).collect::<Vec<f64>>();
-        let missing: Vec<Vec<f64>> = placements.iter().flat_map(|placed| &placed.columns).map(aside).collect();
-        let solution =
-            Solution { problem: self.judged_problem(), values: &self.estimate.values, analysis: &self.analysis };
-        let moved = moved_by(&solution, &missing)?;
-        let off = |id: ParameterId| {
-            let column = self.judged_problem().columns_of(self.built.variables.block(id)).next()?;
-            let std = self.covariance().std(column);
-            let by = moved.iter().map(|moved| moved[column] * moved[column]).sum::<f64>().sqrt();
-            (std > 0.0).then_some((id, by / std))
-        };
-        let most = session.parameters().into_iter().filter_map(off).max_by(|a, b| a.1.total_cmp(&b.1));
-        Ok(most.filter(|(_, times)| *times > REMARKABLE && times.is_finite()).map(|(id, times)| {
-            format!(
-                "Lengths of the robot are taken as exact. Were each joint {} mm from where the robot's description has it, {} would be {} of its standard \
-                 deviations off, and residuals need not show it. Say how well lengths are known, and intervals include it: [inertia] length_std_m.",
-                significant(1e3 * UNSAID, 1),
-                session.parameter_name(id),
-                significant(times, 2)
-            )
-        }))
     }
 }

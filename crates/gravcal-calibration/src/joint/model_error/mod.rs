@@ -1,6 +1,7 @@
 //! What the model does not say of the readings, beside their noise.
 
 pub(super) mod at_rest;
+pub(super) mod axes;
 pub(super) mod bending;
 pub(super) mod block_correlation;
 mod contradicted_description;

@@ -23,8 +23,8 @@ pub(in crate::joint) struct Answer {
     pub misfit: Option<f64>,
     /// What errs from pose to pose.
     pub pose_errors: Option<PoseErrors>,
-    /// What hangs on lengths that are taken as exact.
-    pub on_lengths: Option<String>,
+    /// What hangs on that which the session takes as exact.
+    pub on_exact: Option<String>,
     /// Errors of each channel beyond its noise.
     pub unexplained: Vec<Option<UnexplainedResult>>,
 }
@@ -47,7 +47,7 @@ impl Answer {
             judgement,
             misfit,
             pose_errors,
-            on_lengths: None,
+            on_exact: None,
             solved,
         })
     }

@@ -62,7 +62,7 @@ impl Answer {
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.lengths_found(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.on_lengths.iter().for_each(|remark| findings.remark(remark.clone()));
+        self.on_exact.iter().for_each(|remark| findings.remark(remark.clone()));
         self.remark_on_contradictions(session, &mut findings)?;
         self.remark_on_unexplained(session, &mut findings)?;
         let noisy = self.remark_on_noise_found(session, &mut findings)?;

@@ -9,6 +9,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
     notes.extend(session.unmoved_note());
     notes.extend(base_frame_note(session));
     notes.extend(load_mass_note(session));
+    notes.extend(strength_note(session));
     notes.extend(mimic_notes(session));
     for (joint, count) in session.robot.chain.joints().iter().zip(&session.saturated).filter(|(_, count)| **count > 0) {
         notes.push(format!(
@@ -51,6 +52,23 @@ fn load_mass_note(session: &Session) -> Option<String> {
         "Torque gains are measured against the loads' masses, taken as exact: a mass that is 1 % off puts every torque gain \
          1 % off, and no standard deviation here says so. If it was weighed with an error, say so: mass_kg = { nominal = …, std = … }."
             .to_owned()
+    })
+}
+
+/// Strength of gravity where nobody looked it up, m/s².
+const STANDARD: [f64; 4] = [9.8, 9.80665, 9.807, 9.81];
+
+/// What torque gains take over from the strength of gravity.
+fn strength_note(session: &Session) -> Option<String> {
+    let gravity = &session.gravity;
+    let guessed = gravity.magnitude_std.is_none() && STANDARD.contains(&gravity.magnitude);
+    let open = session.joints.iter().any(|joint| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat);
+    (guessed && open && !session.loads.is_empty()).then(|| {
+        format!(
+            "The strength of gravity, {} m/s², is taken as exact. On earth it goes from 9.764 to 9.834, and what it is off torque gains are off: say \
+             latitude_deg and altitude_m, or magnitude_std_m_per_s2.",
+            gravity.magnitude
+        )
     })
 }
 

@@ -42,12 +42,12 @@ pub fn next(found: &[Tested]) -> usize {
     first.map_or(0, |(place, _)| place)
 }
 
-/// The share of each in the probability of naming anything: those of all joints count as much as all others together. Where a joint sits, each joint is
-/// asked by itself.
+/// The share of each in the probability of naming anything: those of all joints count as much as all others together. Of what the robot's description says of
+/// a joint, each is asked by itself.
 pub fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
     let of_all_joints = |tested: &Tested| match &tested.candidate {
         Candidate::Together(_) | Candidate::DriftOfAll => true,
-        Candidate::OfArm(term) => !matches!(term, Term::JointPlacement(_)),
+        Candidate::OfArm(term) => !term.is_of_description(),
         Candidate::Term(..) | Candidate::Neighbours(_) => false,
     };
     let together = found.iter().filter(|tested| of_all_joints(tested)).count();

@@ -12,8 +12,9 @@ use super::delayed;
 use super::friction_curve;
 use super::loads::{StatedLoad, stated_loads};
 use super::of_torque::PredictedTorques;
+use super::order::sides_by_order;
 use super::rows::ReadingRow;
-use crate::joint::{JointPlacement, Solved};
+use crate::joint::{JointPlacement, JointTilt, Solved};
 
 /// The channel of what all joints do.
 pub const ALL_JOINTS: &str = "all joints";
@@ -79,6 +80,15 @@ pub enum Term {
     LoadPlacement(usize),
     /// Of all channels: where a joint sits on the link before it, m along the axes of that link; its number among those that can be told.
     JointPlacement(usize),
+    /// Of all channels: how a joint is tilted on the link before it, rad about two axes perpendicular to its own; the link that it moves.
+    JointTilt(usize),
+}
+
+impl Term {
+    /// Whether it is where a joint sits, or how it is tilted, on the link before it.
+    pub fn is_of_description(&self) -> bool {
+        matches!(self, Term::JointPlacement(_) | Term::JointTilt(_))
+    }
 }
 
 /// Makes columns: what a unit of a term's coefficient does to the whitened residuals.
@@ -96,6 +106,8 @@ pub struct Columns<'a> {
     loads: Vec<StatedLoad>,
     /// Of joints beyond which a known load is carried.
     placements: Vec<JointPlacement>,
+    /// By link that a joint moves; empty where that is not known.
+    tilts: Vec<JointTilt>,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
     predicted: PredictedTorques,
@@ -107,6 +119,8 @@ pub struct Columns<'a> {
     places: Vec<usize>,
     /// By row, where the arm moves.
     predictions: Vec<f64>,
+    /// By pose and joint, where the order of poses tells from which side joints came.
+    sides: Vec<Vec<f64>>,
 }
 
 impl<'a> Columns<'a> {
@@ -145,12 +159,14 @@ impl<'a> Columns<'a> {
             turned_gravity: Default::default(),
             loads: stated_loads(session, solved, rows)?,
             placements: solved.joint_placements(session)?,
+            tilts: solved.joint_tilts(session),
             torques,
             predicted: PredictedTorques::new(session, solved)?,
             times,
             in_order,
             places,
             predictions,
+            sides: sides_by_order(session),
         };
         if (2..=MOST_RECORDINGS).contains(&columns.tables_of_all().len()) {
             columns.turned_gravity = turned_gravity(solved)?;
@@ -208,7 +224,9 @@ impl<'a> Columns<'a> {
     pub fn terms_of_arm(&self) -> Vec<Term> {
         let gravity = (self.tables_of_all().len() > 1).then_some(Term::Gravity);
         let loads = (0..self.loads.len()).flat_map(|load| [Term::LoadMass(load), Term::LoadPlacement(load)]);
-        gravity.into_iter().chain(loads).chain((0..self.placements.len()).map(Term::JointPlacement)).collect()
+        let placements = (0..self.placements.len()).map(Term::JointPlacement);
+        let tilts = self.tilts.iter().map(|tilt| Term::JointTilt(tilt.link));
+        gravity.into_iter().chain(loads).chain(placements).chain(tilts).collect()
     }
 
     /// Name of the joint that may sit elsewhere.
@@ -261,6 +279,7 @@ impl<'a> Columns<'a> {
             Term::LoadMass(load) => self.loads[*load].mass.clone(),
             Term::LoadPlacement(load) => self.loads[*load].placement.clone(),
             Term::JointPlacement(placement) => self.placements[*placement].columns.clone(),
+            Term::JointTilt(link) => self.tilts[*link].columns.clone(),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
                 .map(|function| self.reading(channel, |pose| function(f64::from(*order) * self.angle(channel, pose))))
                 .into(),
@@ -272,11 +291,19 @@ impl<'a> Columns<'a> {
             Term::Compliance => vec![self.coordinate(channel, |pose| self.torques[pose][channel])],
             Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity, |_| 1.0)],
             Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration, |_| 1.0)],
+            Term::Direction if !self.sides.is_empty() => vec![self.reading(channel, |pose| self.sides[pose][channel])],
             Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction, |_| 1.0)],
             Term::Presliding => vec![self.reading(channel, |pose| self.not_built_up(channel, pose))],
             Term::TorqueLag => vec![self.of_slopes(channel, |[slope, _]| -slope)],
             Term::TorqueFilter => vec![self.of_slopes(channel, |[_, bend]| bend)],
         }
+    }
+
+    /// A joint that bends by so much, rad, under the largest torque that it carries; nothing of one that carries none, or slides.
+    pub fn bent(&self, joint: usize, angle: f64) -> Option<Vec<f64>> {
+        let largest = self.torques.iter().map(|pose| pose[joint].abs()).fold(0.0, f64::max);
+        let bends = !self.slopes[joint].is_empty() && largest > 0.0;
+        bends.then(|| self.coordinate(joint, |pose| angle * self.torques[pose][joint] / largest))
     }
 
     /// What moves the estimate where a term of these coefficients is missing, one entry a row of the problem, in standard deviations.

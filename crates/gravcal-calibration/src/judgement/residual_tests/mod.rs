@@ -33,7 +33,9 @@
 //! fit (`joint/model_error/at_rest.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
 //!
-//! **Not tested**: what was counted by a loss, what has not converged, readings that enter group by group, residuals that are but the
+//! **Under a loss** each row counts by the root of its weight: the solution is that of such least squares.
+//!
+//! **Not tested**: what has not converged, readings that enter group by group, residuals that are but the
 //! rounding of numbers, a term that the model has already, a channel with too few readings to tell its noise.
 
 mod bound;
@@ -50,9 +52,11 @@ mod nothing_named;
 mod of_solution;
 mod of_torque;
 mod one_test;
+mod order;
 mod rows;
 mod score;
 mod search;
+mod taken_as_exact;
 #[cfg(test)]
 mod tests;
 mod words;

@@ -4,7 +4,6 @@ use gravcal_estimation::statistics::ResidualMaker;
 
 use super::bound::{Bound, Sums};
 use super::candidate::{Candidate, SIGNIFICANCE};
-use super::columns::Term;
 use super::drift::{combined, drift_of_joint};
 use super::neighbours::Neighbours;
 use super::rows::Rows;
@@ -39,7 +38,7 @@ impl Search<'_> {
             made += usize::from(columns.is_empty());
             trends.extend(drift_of_joint(candidate, self.session.joints.len()).map(|_| least));
             match candidate {
-                Candidate::OfArm(Term::JointPlacement(_)) => own = own.min(least),
+                Candidate::OfArm(term) if term.is_of_description() => own = own.min(least),
                 Candidate::Together(_) | Candidate::OfArm(_) => together = together.min(least),
                 _ => own = own.min(least),
             }

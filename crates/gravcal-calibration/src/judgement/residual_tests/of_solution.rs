@@ -1,7 +1,7 @@
 //! The tests of a solution's residuals: which solutions are tested, and what it comes to.
 
 use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, moved_by};
-use gravcal_estimation::{Loss, in_parallel};
+use gravcal_estimation::{Loss, RankAnalysis, in_parallel};
 use gravcal_robot_model::session::Session;
 
 use super::columns::Columns;
@@ -27,6 +27,8 @@ pub(crate) struct ResidualTests {
     pub tests: Vec<ResidualTest>,
     /// By how much each column of the problem that is judged would be another with each of the terms that are named and spoil intervals.
     pub moved: Vec<Vec<f64>>,
+    /// What hangs on that which the session takes as exact.
+    pub on_exact: Option<String>,
 }
 
 /// Which tests on residuals are wanted.
@@ -51,24 +53,37 @@ pub(crate) fn residual_tests(
 ) -> Result<ResidualTests, StatisticsError> {
     let problem = solved.judged_problem();
     let tested = solved.estimate.termination.converged()
-        && solved.built.loss == Loss::None
         && solved.readings().order == Order::Together
         && problem.rows() > solved.analysis.rank()
         && !too_large(solved);
     if !tested {
         return Ok(ResidualTests::default());
     }
-    let solution = Solution { problem, values: &solved.estimate.values, analysis: &solved.analysis };
+    // Under a loss the solution is that of least squares with each row's weight.
+    let values = &solved.estimate.values;
+    let weighted = match solved.built.loss {
+        Loss::None => None,
+        _ => {
+            let weighted = problem.weighted_at(values)?;
+            let analysis = RankAnalysis::new(&weighted, values)?;
+            Some((weighted, analysis, problem.weights(values)?))
+        }
+    };
+    let (solution, weights) = match &weighted {
+        None => (Solution { problem, values, analysis: &solved.analysis }, None),
+        Some((problem, analysis, weights)) => (Solution { problem, values, analysis }, Some(weights.as_slice())),
+    };
     let maker = ResidualMaker::new(&solution)?;
     let columns = Columns::new(session, solved, problem.rows())?;
     let rows = Rows::new(session, solved, &maker).sharing_errors(err_by_pose);
     let robust = !matches!(uncertainty, UncertaintyResult::Noise { .. });
-    let search = Search { session, solved, solution, columns, robust };
+    let search = Search { session, solved, solution, columns, weights, robust };
     let neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));
     let candidates = search.candidates(&maker, &rows);
     if wanted == TestsWanted::WhereNamed && search.names_nothing(&maker, &rows, &neighbours, &candidates) {
         return Ok(ResidualTests::default());
     }
     let (tests, missing) = search.all(maker, rows, neighbours, &candidates)?;
-    Ok(ResidualTests { tests, moved: moved_by(&search.solution, &missing)? })
+    let on_exact = if wanted == TestsWanted::All { search.taken_as_exact()? } else { None };
+    Ok(ResidualTests { tests, moved: moved_by(&search.solution, &missing)?, on_exact })
 }

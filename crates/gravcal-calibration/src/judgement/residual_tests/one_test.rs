@@ -71,6 +71,10 @@ impl Search<'_> {
             Term::LoadPlacement(load) => {
                 (ResidualTestKind::LoadPlacement { load: self.load(*load) }, amplitude, "m".to_owned())
             }
+            Term::JointTilt(link) => {
+                let joint = self.session.robot.chain.movers()[*link].name.clone();
+                (ResidualTestKind::JointTilt { joint }, amplitude, "rad".to_owned())
+            }
             Term::JointPlacement(placement) => {
                 let joint = self.columns.placed(*placement).to_owned();
                 (ResidualTestKind::JointPlacement { joint }, amplitude, "m".to_owned())

@@ -37,8 +37,34 @@ pub struct Search<'a> {
     /// Of the problem that is judged.
     pub solution: Solution<'a>,
     pub columns: Columns<'a>,
+    /// Of each row, where readings are counted by a loss.
+    pub weights: Option<&'a [f64]>,
     /// Whether standard deviations hold where neighbours are alike.
     pub robust: bool,
+}
+
+/// What is named of the robot and its loads, where most wrong. Who measured one length badly measured others so; and as masses have one scale with the torque
+/// gains, one load is as well too light as another too heavy.
+#[derive(Clone, Copy, Debug, Default)]
+struct Worst {
+    /// m
+    length: f64,
+    /// rad
+    tilt: f64,
+    /// Share of a mass.
+    mass: f64,
+}
+
+impl Worst {
+    /// `size`: of the term, in its unit.
+    fn heed(&mut self, candidate: &Candidate, size: f64, session: &Session) {
+        match candidate {
+            Candidate::OfArm(Term::JointPlacement(_)) => self.length = self.length.max(size),
+            Candidate::OfArm(Term::JointTilt(_)) => self.tilt = self.tilt.max(size),
+            Candidate::OfArm(Term::LoadMass(load)) => self.mass = self.mass.max(size / session.loads[*load].mass),
+            _ => {}
+        }
+    }
 }
 
 impl Search<'_> {
@@ -56,7 +82,7 @@ impl Search<'_> {
         let mut named: Vec<ResidualTest> = Vec::new();
         let (mut missing, mut lacking) = (Vec::new(), 0);
         let mut not_alone_in = Vec::new();
-        let mut most_aside = 0.0_f64;
+        let (mut worst, mut named_terms) = (Worst::default(), Vec::new());
         let mut found = self.tested(&maker, &rows, &neighbours, candidates);
         loop {
             let weight = weights(&found);
@@ -67,7 +93,7 @@ impl Search<'_> {
             let tells = found.get(next).is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
             if !tells || lacking == MOST_NAMED {
                 missing.extend(self.of_others(&not_alone_in, &found));
-                missing.extend(self.of_other_lengths(most_aside, &found));
+                missing.extend(self.of_like_terms(worst, &named_terms));
                 named.extend(found.into_iter().map(|tested| tested.test));
                 return Ok((named, missing));
             }
@@ -78,9 +104,8 @@ impl Search<'_> {
             if judged.spoils_intervals {
                 missing.extend(own);
                 not_alone_in.extend(not_alone(&first.candidate, self.session.joints.len()));
-                if matches!(first.candidate, Candidate::OfArm(Term::JointPlacement(_))) {
-                    most_aside = most_aside.max(judged.size);
-                }
+                worst.heed(&first.candidate, judged.size.abs(), self.session);
+                named_terms.push(first.candidate.clone());
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
@@ -103,10 +128,10 @@ impl Search<'_> {
 
     /// What a model without this term does not say of the readings; nothing of neighbours that are alike, which are no term.
     fn missing(&self, candidate: &Candidate, coefficients: &[f64]) -> Vec<Vec<f64>> {
-        match candidate {
+        let missing = match candidate {
             Candidate::Neighbours(_) => Vec::new(),
             Candidate::Term(channel, term) => vec![self.columns.missing(*channel, term, coefficients)],
-            Candidate::OfArm(term @ (Term::LoadPlacement(_) | Term::JointPlacement(_))) => {
+            Candidate::OfArm(term @ (Term::LoadPlacement(_) | Term::JointPlacement(_) | Term::JointTilt(_))) => {
                 self.aside(term, dot(coefficients, coefficients).sqrt())
             }
             Candidate::OfArm(term) => vec![self.columns.missing(0, term, coefficients)],
@@ -115,14 +140,15 @@ impl Search<'_> {
                 vec![self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()])]
             }
             Candidate::DriftOfAll => vec![self.columns.missing_in_joints(&Term::Trend, coefficients)],
-        }
+        };
+        self.weighted(missing)
     }
 
-    /// A place that is wrong by so much, m, along one axis after the other. About its joint's axis an offset takes up what is wrong, and nothing is seen
-    /// of it: it may be as wrong there.
-    fn aside(&self, term: &Term, metres: f64) -> Vec<Vec<f64>> {
+    /// What is stated of a term and wrong by so much, in its unit: a place along one axis after the other. About its joint's axis an offset takes up what is
+    /// wrong, and nothing is seen of it: it may be as wrong there.
+    pub fn aside(&self, term: &Term, by: f64) -> Vec<Vec<f64>> {
         let axes = self.columns.of(0, term).into_iter();
-        axes.map(|axis| axis.into_iter().map(|entry| metres * entry).collect()).collect()
+        axes.map(|axis| axis.into_iter().map(|entry| by * entry).collect()).collect()
     }
 
     /// What a model may not say of other channels than those of which a term is named that is seldom alone.
@@ -133,35 +159,50 @@ impl Search<'_> {
             let is_other = named.peek().is_some() && named.all(|(_, channels)| !channels.contains(channel));
             is_other.then(|| self.columns.missing(*channel, term, &with_errors(tested)))
         };
-        found.iter().filter_map(of_other).collect()
+        self.weighted(found.iter().filter_map(of_other).collect())
     }
 
-    /// Lengths that are not named, as wrong as the one that is named and most wrong, m: who measured one badly measured others so.
-    fn of_other_lengths(&self, most: f64, found: &[Tested]) -> Vec<Vec<f64>> {
-        let of_length = |tested: &Tested| match &tested.candidate {
-            Candidate::OfArm(term @ Term::JointPlacement(_)) if most > 0.0 => self.aside(term, most),
-            _ => Vec::new(),
+    /// What is stated of the robot and its loads and is not named, as wrong as the like that is named and most wrong.
+    fn of_like_terms(&self, worst: Worst, named: &[Candidate]) -> Vec<Vec<f64>> {
+        let by = |term: &Term| match term {
+            Term::JointPlacement(_) => worst.length,
+            Term::JointTilt(_) => worst.tilt,
+            Term::LoadMass(load) => worst.mass * self.session.loads[*load].mass,
+            _ => 0.0,
         };
-        found.iter().flat_map(of_length).collect()
+        // Also of what cannot be tested beside what is named: the model has it then.
+        let others = self.columns.terms_of_arm().into_iter();
+        let others = others.filter(|term| by(term) > 0.0 && !named.contains(&Candidate::OfArm(term.clone())));
+        self.weighted(others.flat_map(|term| self.aside(&term, by(&term))).collect())
     }
 
     /// Columns of a candidate that are looked for in what the fit leaves; none of what is tested otherwise.
     pub fn columns_of(&self, candidate: &Candidate) -> Vec<Vec<f64>> {
-        match candidate {
+        let columns = match candidate {
             Candidate::Neighbours(_) => Vec::new(),
             Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
             Candidate::Term(channel, term) => self.columns.of(*channel, term),
             Candidate::OfArm(term) => self.columns.of(0, term),
             Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
             Candidate::DriftOfAll => self.columns.of_each_joint(&Term::Trend),
+        };
+        self.weighted(columns)
+    }
+
+    /// Columns as the problem counts their rows.
+    pub fn weighted(&self, mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        if let Some(weights) = self.weights {
+            let of_row = |(entry, weight): (&mut f64, &f64)| *entry *= weight.sqrt();
+            columns.iter_mut().for_each(|column| column.iter_mut().zip(weights).for_each(of_row));
         }
+        columns
     }
 
     /// What the model lacks that has not what a candidate says, as unit vectors perpendicular to each other.
     fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
         match candidate {
             // Joints do not bend alike: the model takes up what each does.
-            Candidate::Together(term) => lacking(maker, self.columns.of_each_joint(term)),
+            Candidate::Together(term) => lacking(maker, self.weighted(self.columns.of_each_joint(term))),
             _ => lacking(maker, self.columns_of(candidate)),
         }
     }

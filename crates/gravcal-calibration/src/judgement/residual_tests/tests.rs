@@ -1,6 +1,7 @@
 //! Each family with a case in which it is there, and right models in which nothing is.
 
 use gravcal_dynamics::{Chain, Transform};
+use gravcal_estimation::Loss;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Options;
 use gravcal_robot_model::session::{Pose, PriorKind, Session};
@@ -12,6 +13,7 @@ use rand_pcg::Pcg64;
 use super::candidate::{Candidate, Tested, correct};
 use super::columns::Term;
 use super::in_words;
+use super::order::sides_by_order;
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, Verdict};
 use crate::testing::sensor_models::{errors, estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
@@ -437,6 +439,46 @@ fn a_load_that_is_not_as_stated_is_named_and_intervals_hold_all_the_same() {
     assert!(found.iter().any(|test| displaced(test) && test.spoils_intervals), "{found:?}");
 }
 
+/// A loss takes off what outliers do, and not what the model lacks.
+#[test]
+fn under_a_loss_what_the_model_lacks_is_named_all_the_same() {
+    for loss in [Loss::Huber(1.345), Loss::Tukey(4.685)] {
+        let counted = |session: Session| estimate(&Session { loss, ..session });
+        for trial in 0..3 {
+            let result = counted(shoulder().session(trial));
+            assert!(named(&result).is_empty(), "{trial}: {:?}", named(&result));
+        }
+        let simulation = with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[3.0 * NOISE / 4000.0]);
+        let mut session = taken_as_affine(&simulation.session(0));
+        for pose in session.poses.iter_mut().step_by(61) {
+            pose.torque.iter_mut().flatten().for_each(|reading| reading.value += 40.0 * NOISE);
+        }
+        let result = counted(session);
+        let first = named(&result)[0];
+        assert!(first.channel == "joint2" && first.kind == ResidualTestKind::Trend, "{:?}", named(&result));
+        assert!((first.size / (3.0 * NOISE / 4000.0) - 1.0).abs() < 0.4 && first.spoils_intervals, "{first:?}");
+    }
+}
+
+/// Where no table says from which side joints came, poses were read one after the other.
+#[test]
+fn friction_goes_with_the_order_of_the_poses() {
+    let mut session = sarcos_shoulder().session(0);
+    // As they are swept each joint comes from one side.
+    let poses = session.poses.len();
+    let stride = (poses / 2..poses).find(|stride| (2..=*stride).all(|d| stride % d != 0 || poses % d != 0)).unwrap();
+    session.poses = (0..poses).map(|place| session.poses[place * stride % poses].clone()).collect();
+    session.poses.iter_mut().for_each(|pose| pose.table = 0);
+    let sides = sides_by_order(&session);
+    assert!(sides[0] == [0.0; 3] && sides.iter().skip(10).all(|side| side[1].abs() == 1.0));
+    let test = first(session.clone(), 1, |place, _| 1.5 * NOISE * sides[place][1]);
+    assert!(test.kind == ResidualTestKind::Direction && test.channel == "joint2", "{test:?}");
+    assert!((test.size / (1.5 * NOISE) - 1.0).abs() < 0.2 && test.spoils_intervals, "{test:?}");
+    assert!(in_words(&session, &[test]).concat().contains("as the order of the rows tells it"));
+    session.poses[5].conditions.direction = vec![1.0, 0.0, 0.0];
+    assert!(sides_by_order(&session).is_empty(), "what the session says counts");
+}
+
 /// The shoulder with loads whose places are stated, read by an arm whose third joint sits `aside`, m, from where the description has it.
 fn with_a_joint_aside(aside: [f64; 3]) -> (Simulation, Session) {
     let mut simulation = sarcos_shoulder();
@@ -451,6 +493,44 @@ fn with_a_joint_aside(aside: [f64; 3]) -> (Simulation, Session) {
         load.position = Some(*position);
     }
     (simulation, session)
+}
+
+/// By a little less than a degree.
+#[test]
+fn a_joint_that_is_tilted_is_named_and_intervals_hold() {
+    let (mut simulation, described) = with_a_joint_aside([0.0; 3]);
+    simulation.template.robot.chain = described.robot.chain.with_joint_turned(1, [0.015, 0.0, 0.0]);
+    let session = Session { robot: described.robot.clone(), ..simulation.session(0) };
+    let result = estimate(&session);
+    let tilted = ResidualTestKind::JointTilt { joint: session.robot.chain.joints()[1].name.clone() };
+    let found = named(&result);
+    assert!(found[0].kind == tilted && found[0].spoils_intervals, "{found:?}");
+    assert!((found[0].size / 0.015 - 1.0).abs() < 0.4 && found[0].unit == "rad", "{found:?}");
+    for (name, error) in errors(&session, &simulation, &result) {
+        assert!(error.abs() < 3.0, "{name} is {error} standard deviations off");
+    }
+}
+
+/// Of readings so good that a millimetre matters.
+#[test]
+fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
+    let (mut simulation, _) = with_a_joint_aside([0.0; 3]);
+    simulation.disturbance.torque_std = vec![0.02 * NOISE; 3];
+    let mut session = simulation.session(0);
+    session.load_distances.clear();
+    for (load, position) in session.loads.iter_mut().zip(&simulation.truth.loads) {
+        load.position = Some(*position);
+    }
+    let told = |session: &Session| {
+        let told = estimate(session).notes.into_iter().find(|note| note.starts_with("Some things are taken as exact"));
+        ["each joint were 1 mm", "each load were 1 mm", "each joint bent by 0.05°"]
+            .map(|wrong| told.as_ref().is_some_and(|told| told.contains(wrong)))
+    };
+    assert_eq!(told(&session), [true; 3]);
+    session.length_std = Some(1e-3);
+    session.loads.iter_mut().for_each(|load| load.position_std = Some(1e-3));
+    assert_eq!(told(&session)[..2], [false; 2]);
+    assert_eq!(told(&sarcos_shoulder().session(0)), [false; 3], "noise hides it");
 }
 
 /// What an arm of other lengths reads is named, and intervals hold; so they do where the session says how well lengths are known, and then they are
@@ -531,7 +611,7 @@ fn what_cannot_be_tested_is_not() {
     let mut few = sarcos_shoulder().session(0);
     few.poses.truncate(37);
     let tests = estimate(&few).residual_tests;
-    // Joints 2 and 3 stand, nothing tells speed or side, and there is but one table.
+    // Joints 2 and 3 stand, joint 1 comes from one side, nothing tells speed, and there is but one table.
     let absent = |kind: &ResidualTestKind| {
         matches!(kind, ResidualTestKind::Velocity | ResidualTestKind::Direction | ResidualTestKind::Tables { .. })
     };

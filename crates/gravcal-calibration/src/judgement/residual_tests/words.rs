@@ -8,6 +8,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 use super::columns::ALL_JOINTS;
 use super::delayed::{cut_off, half_square};
 use super::of_torque::per_torque;
+use super::order::sides_by_order;
 use super::score::MATTERS;
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -28,7 +29,7 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
     let others = tests.iter().filter(|test| test.named && !reported_once(&test.kind));
     others
         .map(|test| of_one(session, test))
-        .chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(tests)))
+        .chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(session, tests)))
         .chain(of_compliance(session, &of_kind(&ResidualTestKind::Compliance)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueLag)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueFilter)))
@@ -90,11 +91,18 @@ fn from_to(least: f64, most: f64, tests: &[&ResidualTest]) -> String {
 }
 
 /// Friction that is left at rest; tests of one unit.
-fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
+fn of_direction(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
     let size = from_to(least, most, tests);
     let unit = &tests.first()?.unit;
+    let by_order = !sides_by_order(session).is_empty();
+    let taken = if by_order { ", as the order of the rows tells it" } else { "" };
     let (consequence, cure) = match tests.iter().any(|test| test.spoils_intervals) {
+        true if by_order => (
+            WIDENED,
+            "Come to each pose from both sides, say from which (direction in [readings]), and estimate it (sensor_models = [{ kind = \"coulomb-friction\" }] in the \
+             joint's [[joint]]).",
+        ),
         true => (
             WIDENED,
             "Estimate it (sensor_models = [{ kind = \"coulomb-friction\" }] in the joint's [[joint]]), and come to each pose from both sides.",
@@ -102,7 +110,7 @@ fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
         false => ("Intervals allow for it.", "To halve it, come to each pose from both sides."),
     };
     Some(format!(
-        "The residual of {channels} depends on the direction of approach (±{size} {unit}): friction. ({}, all tests counted.) {consequence} {cure}",
+        "The residual of {channels} depends on the direction of approach{taken} (±{size} {unit}): friction. ({}, all tests counted.) {consequence} {cure}",
         chance(p)
     ))
 }
@@ -242,7 +250,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             "Let the sensor warm up before it is read, and visit some poses twice in each table: at its beginning and its end.".into(),
         ),
         ResidualTestKind::Neighbours => return of_neighbours(session, &[test]).unwrap_or_default(),
-        ResidualTestKind::Direction => return of_direction(&[test]).unwrap_or_default(),
+        ResidualTestKind::Direction => return of_direction(session, &[test]).unwrap_or_default(),
         ResidualTestKind::Compliance => return of_compliance(session, &[test]).unwrap_or_default(),
         ResidualTestKind::TorqueLag | ResidualTestKind::TorqueFilter => return of_recorder(session, &[test]).unwrap_or_default(),
         ResidualTestKind::TorqueHarmonic { order } => (
@@ -279,6 +287,13 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ResidualTestKind::LoadPlacement { load } => (
             format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
             "Leave position_m away: torque gains do not need it. Or say how well it is known (position_std_m).".into(),
+        ),
+        ResidualTestKind::JointTilt { joint } => (
+            format!(
+                "The residuals of all joints show the axis of {joint} tilted by {}° against the robot's description.",
+                significant(test.size.to_degrees(), 2)
+            ),
+            "Intervals allow for other axes that are tilted as much. Use axes that were measured for this very arm (controllers of many arms hold them).".into(),
         ),
         ResidualTestKind::JointPlacement { joint } => (
             format!("The residuals of all joints show {joint} {size} {unit} from where the robot's description has it on the link before."),
@@ -329,7 +344,7 @@ fn of_load_mass(session: &Session, load: &str, test: &ResidualTest) -> (String, 
         format!("The residuals of all joints show load {load} to be {heavier} than stated, by {by} {}.", test.unit),
         format!(
             "Weigh it again, or say how well it is weighed (mass_kg = {{ nominal = …, std = … }}). What is stated of another load may be wrong \
-             instead{}.",
+             instead{}: intervals include that.",
             or_stated_gain(session)
         ),
     )

@@ -1,8 +1,9 @@
 //! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, loads that hang far off, gravity of
 //! another planet, positions
-//! and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are stuck, and rows of an arm in motion
+//! and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are stuck or at an end of their range, and rows of an arm in motion
 //! that are taken as static poses.
 
+mod clipped;
 mod columns;
 mod far_away;
 mod motion;
@@ -25,6 +26,11 @@ impl Session {
         let stated = robot::doubts(self).into_iter().chain(stated::doubts(self)).chain(far_away::doubts(self));
         let columns = stated.chain(columns::doubts(self));
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
-        columns.chain(units).chain(stuck::doubts(self)).chain(motion::doubts(self)).collect()
+        columns
+            .chain(units)
+            .chain(stuck::doubts(self))
+            .chain(clipped::doubts(self))
+            .chain(motion::doubts(self))
+            .collect()
     }
 }

@@ -1,0 +1,38 @@
+//! From which side each joint came, as the order of poses tells it.
+//!
+//! Where no table says so, and poses are rows of tables that were read one after the other, the joint came from where it was in the row before. That may
+//! be wrong, as rows may stand in another order than they were read in: then nothing goes with it.
+
+use gravcal_robot_model::session::Session;
+
+/// A joint that moves by less, rad or m, may not have slid through: it keeps the side from which it came before.
+const MOVED: f64 = 0.01;
+
+/// By pose and joint: 1 where the reading rose, −1 where it fell, 0 where it is not known. Empty where the session says it itself, or where an arm was
+/// followed while it moved.
+pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
+    let told = session.poses.iter().any(|pose| pose.conditions.direction.iter().any(|side| *side != 0.0));
+    if told || !session.searched.is_empty() || session.has_windows() {
+        return Vec::new();
+    }
+    let joints = session.joints.len();
+    let mut sides: Vec<Vec<f64>> = Vec::with_capacity(session.poses.len());
+    for (place, pose) in session.poses.iter().enumerate() {
+        let before = place.checked_sub(1).map(|before| (&session.poses[before], &sides[before]));
+        let of_joint = |joint: usize| match before {
+            Some((before, side)) if before.table == pose.table => {
+                let moved = pose.position[joint] - before.position[joint];
+                if moved.abs() > MOVED { moved.signum() } else { side[joint] }
+            }
+            _ => 0.0,
+        };
+        let own = (0..joints).map(of_joint).collect();
+        sides.push(own);
+    }
+    // What always came from one side tells nothing.
+    let from = |joint: usize, side: f64| sides.iter().any(|pose| pose[joint] == side);
+    let both: Vec<bool> = (0..joints).map(|joint| from(joint, 1.0) && from(joint, -1.0)).collect();
+    let told =
+        |pose: Vec<f64>| pose.into_iter().zip(&both).map(|(side, both)| if *both { side } else { 0.0 }).collect();
+    sides.into_iter().map(told).collect()
+}

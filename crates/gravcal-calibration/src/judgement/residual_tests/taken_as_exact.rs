@@ -1,0 +1,96 @@
+//! What hangs on that which the session takes as exact.
+//!
+//! Lengths of the robot, places of loads, the stiffness of joints: what is wrong of them passes for gains and offsets, so that residuals need not show it.
+//! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
+
+use gravcal_estimation::statistics::{StatisticsError, moved_by};
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::ParameterId;
+
+use super::columns::Term;
+use super::search::Search;
+
+/// How far joints and loads are from where nobody has measured, m.
+const ASIDE: f64 = 1e-3;
+/// By how much a joint bends under the largest torque that it carries, rad.
+const BENDS: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// By how many of its standard deviations that must move a number to be worth a remark.
+const REMARKABLE: f64 = 2.0;
+
+/// Something that is taken as exact.
+struct Exact {
+    /// If it were as wrong as is usual.
+    wrong: String,
+    /// Where to say how well it is known.
+    key: &'static str,
+    /// What that does to the whitened residuals.
+    columns: Vec<Vec<f64>>,
+}
+
+impl Search<'_> {
+    /// Says which number hangs most on each of them, where it hangs on it much.
+    pub fn taken_as_exact(&self) -> Result<Option<String>, StatisticsError> {
+        let mut hang = Vec::new();
+        for exact in [self.lengths(), self.places_of_loads(), self.stiffness()] {
+            if let Some((name, times)) = self.moved_most(&exact.columns)? {
+                let times = significant(times, 2);
+                hang.push(format!(
+                    "{}, {name} would be off by {times} of its standard deviations ({})",
+                    exact.wrong, exact.key
+                ));
+            }
+        }
+        Ok((!hang.is_empty()).then(|| {
+            format!(
+                "Some things are taken as exact, and residuals need not show that they are not. If {}. Say how well they are known, and intervals include it.",
+                hang.join("; if ")
+            )
+        }))
+    }
+
+    fn lengths(&self) -> Exact {
+        let placed = self.columns.terms_of_arm().into_iter().filter(|term| matches!(term, Term::JointPlacement(_)));
+        Exact {
+            wrong: format!("each joint were {} mm from where the robot's description has it", 1e3 * ASIDE),
+            key: "[inertia] length_std_m",
+            columns: placed.flat_map(|term| self.aside(&term, ASIDE)).collect(),
+        }
+    }
+
+    fn places_of_loads(&self) -> Exact {
+        let placed = self.columns.terms_of_arm().into_iter().filter(|term| matches!(term, Term::LoadPlacement(_)));
+        Exact {
+            wrong: format!("each load were {} mm from where position_m says", 1e3 * ASIDE),
+            key: "position_std_m of the load",
+            columns: placed.flat_map(|term| self.aside(&term, ASIDE)).collect(),
+        }
+    }
+
+    /// Of joints that stand: of an arm in motion nothing says how they bend.
+    fn stiffness(&self) -> Exact {
+        let may_bend = |joint: &usize| !self.session.has_windows() && !self.solved.has_bending(*joint);
+        let joints = (0..self.session.joints.len()).filter(may_bend);
+        Exact {
+            wrong: format!("each joint bent by {}° under its largest torque", significant(BENDS.to_degrees(), 1)),
+            key: "[deflection] compliance_std_rad_per_newton_metre",
+            columns: joints.flat_map(|joint| self.columns.bent(joint, BENDS)).collect(),
+        }
+    }
+
+    /// The number that all of them together move most, by how many of its standard deviations; nothing where that is not worth a remark.
+    fn moved_most(&self, columns: &[Vec<f64>]) -> Result<Option<(String, f64)>, StatisticsError> {
+        if columns.is_empty() {
+            return Ok(None);
+        }
+        let moved = moved_by(&self.solution, &self.weighted(columns.to_vec()))?;
+        let off = |id: ParameterId| {
+            let column = self.solution.problem.columns_of(self.solved.built.variables.block(id)).next()?;
+            let std = self.solved.covariance().std(column);
+            let by = moved.iter().map(|moved| moved[column] * moved[column]).sum::<f64>().sqrt();
+            (std > 0.0).then_some((id, by / std))
+        };
+        let most = self.session.parameters().into_iter().filter_map(off).max_by(|a, b| a.1.total_cmp(&b.1));
+        let most = most.filter(|(_, times)| *times > REMARKABLE && times.is_finite());
+        Ok(most.map(|(id, times)| (self.session.parameter_name(id), times)))
+    }
+}
