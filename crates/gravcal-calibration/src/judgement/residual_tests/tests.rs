@@ -466,7 +466,9 @@ fn friction_goes_with_the_order_of_the_poses() {
     let mut session = sarcos_shoulder().session(0);
     // As they are swept each joint comes from one side.
     let poses = session.poses.len();
-    let stride = (poses / 2..poses).find(|stride| (2..=*stride).all(|d| stride % d != 0 || poses % d != 0)).unwrap();
+    let stride = (poses / 2..poses)
+        .find(|stride| (2..=*stride).all(|d| !stride.is_multiple_of(d) || !poses.is_multiple_of(d)))
+        .unwrap();
     session.poses = (0..poses).map(|place| session.poses[place * stride % poses].clone()).collect();
     session.poses.iter_mut().for_each(|pose| pose.table = 0);
     let sides = sides_by_order(&session);
