@@ -135,7 +135,6 @@ fn torques_beyond_the_model_are_doubted() {
     assert_eq!(session(["rad", "N·m"], "", bad).doubts, [""; 0]);
 }
 
-/// All of the time, or from some pose on; of a reading in coarse steps it may be chance, and each pose may be read several times.
 /// Readings of a sensor that reads in steps agree anywhere, and least often at its ends.
 #[test]
 fn equal_readings_at_an_end_are_doubted_and_steps_are_not() {
@@ -158,6 +157,7 @@ fn equal_readings_at_an_end_are_doubted_and_steps_are_not() {
     assert!(told(&|torque| torque.max(2.0))[0].contains("lowest in [readings] torque"));
 }
 
+/// All of the time, or from some pose on; of a reading in coarse steps it may be chance, and each pose may be read several times.
 #[test]
 fn a_torque_sensor_that_is_stuck_is_doubted() {
     let stuck = |from: u32, to: u32| {
