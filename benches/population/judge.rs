@@ -73,6 +73,8 @@ pub struct Judged {
     pub errors: Vec<(f64, bool)>,
     /// Names of what has less than half the bound, but not of that within reach.
     pub narrow_without_end: Vec<String>,
+    /// Names of what is told and exact rank denies, but not where no unknown goes beyond reason.
+    pub denied_without_end: Vec<String>,
     /// Names of all that is told.
     pub reported: Vec<String>,
     /// How many values are determined well enough to be of use, by their bounds; and how many of these are told.
@@ -107,7 +109,7 @@ impl Judged {
             self.count_use(known.determined() && known.bound <= limit, estimated.is_some());
             if let Some(estimated) = estimated {
                 self.reported.push(name.clone());
-                self.value(name, &estimated, value, known);
+                self.value(name, &estimated, (value, limit), known);
             }
         }
     }
@@ -117,15 +119,17 @@ impl Judged {
             ["gravity.1", "gravity.2"].iter().filter_map(|name| information.get(*name).copied()).collect();
         let determined = known.iter().all(Information::determined);
         self.count_use(determined && known.iter().all(|known| known.bound <= USE_ANGLE), result.gravity.is_some());
+        let within_reach = known.iter().all(|known| known.bound_within_reach <= USE_ANGLE);
         let Some(found) = &result.gravity else { return };
         self.reported.push("gravity".to_owned());
         let GravityResult { vector_m_per_s2: vector, std_m_per_s2: std, ci95_m_per_s2: ci95, .. } = found;
         if truth.gravity.dot(&Vector3::from(*vector)) < 0.0 {
             self.wrong.push((Cause::UpsideDown, format!("gravity {vector:.3?}")));
-        } else if !determined {
+        } else if !determined && !within_reach {
             let share = known.iter().fold(0.0_f64, |share, known| share.max(known.share));
             self.wrong.push((Cause::Denied, format!("gravity told, null share {share:.1e}")));
         } else {
+            self.denied_without_end.extend((!determined).then(|| "gravity".to_owned()));
             for axis in 0..2 {
                 let estimated = Estimated { value: vector[axis], std: std[axis], ci95: ci95[axis] };
                 self.error(&format!("gravity[{axis}]"), &estimated, truth.gravity[axis]);
@@ -133,8 +137,8 @@ impl Judged {
         }
     }
 
-    fn value(&mut self, name: &str, estimated: &Estimated, truth: f64, known: &Information) {
-        if !known.determined() {
+    fn value(&mut self, name: &str, estimated: &Estimated, (truth, limit): (f64, f64), known: &Information) {
+        if !known.determined() && known.bound_within_reach > limit {
             let off = (estimated.value - truth) / estimated.std;
             let (value, std) = (estimated.value, estimated.std);
             let words =
@@ -142,6 +146,7 @@ impl Judged {
             self.wrong.push((Cause::Denied, words));
             return;
         }
+        self.denied_without_end.extend((!known.determined()).then(|| name.to_owned()));
         self.error(name, estimated, truth);
         if estimated.std < NARROW * known.bound_within_reach {
             let share = estimated.std / known.bound_within_reach;

@@ -57,6 +57,10 @@ fn rows(trials: &[Trial]) -> Vec<(String, String)> {
     rows.extend(Cause::ALL.map(|cause| (cause.to_string(), of_cause(cause).to_string())));
     rows.extend([
         (
+            "told what rank denies only if unknowns have no end".to_owned(),
+            count(&|trial| !trial.judged.denied_without_end.is_empty()).to_string(),
+        ),
+        (
             "std below half the bound only if unknowns have no end".to_owned(),
             count(&|trial| !trial.judged.narrow_without_end.is_empty()).to_string(),
         ),

@@ -21,25 +21,27 @@ impl Chain {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
-    use crate::joint::JointKind;
+    use super::*;
     use crate::random_chain::pose;
 
     proptest! {
-        /// A turn about its axis is an offset of its coordinate.
+        /// What hangs on the joint turns as one body about the joint's origin, and nothing else moves.
         #[test]
-        fn a_joint_that_is_turned_about_its_axis_is_moved(pose in pose(), angle in -1.0..1.0_f64) {
-            let movers = pose.chain.movers();
-            let turning = |link: &usize| pose.chain.joint_index(&movers[*link].name).is_some_and(|_| movers[*link].kind == JointKind::Revolute);
-            if pose.chain.joint_count() == movers.len() && let Some(link) = (0..movers.len()).rfind(turning) {
-                let turned = pose.chain.with_joint_turned(link, movers[link].axis.map(|component| angle * component));
-                let mut moved = pose.coordinates.clone();
-                moved[link] += angle;
-                for (a, b) in turned.forward(&pose.coordinates).iter().zip(pose.chain.forward(&moved)) {
-                    prop_assert!((a.rotation - b.rotation).abs().max() < 1e-12);
-                    prop_assert!((a.translation - b.translation).abs().max() < 1e-12);
-                }
+        fn what_hangs_on_a_joint_turns_with_it(pose in pose(), link in any::<prop::sample::Index>(), turn in [-1.0..1.0_f64, -1.0..1.0, -1.0..1.0]) {
+            let chain = &pose.chain;
+            let link = link.index(chain.link_count());
+            let before = &chain.movers()[link].before;
+            let links = chain.forward(&pose.coordinates);
+            let frame = chain.parent(link).map_or_else(Transform::identity, |parent| links[parent]).compose(before);
+            let turned = Transform::turned(Rotation3::new(Vector3::from(turn)).into_inner());
+            let about_joint = frame.compose(&turned).compose(&frame.inverse());
+            for (other, found) in chain.with_joint_turned(link, turn).forward(&pose.coordinates).iter().enumerate() {
+                let expected = if chain.carries(link, other) { about_joint.compose(&links[other]) } else { links[other] };
+                prop_assert!((found.rotation - expected.rotation).abs().max() < 1e-12);
+                prop_assert!((found.translation - expected.translation).abs().max() < 1e-9);
             }
         }
     }

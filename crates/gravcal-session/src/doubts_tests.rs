@@ -135,7 +135,7 @@ fn torques_beyond_the_model_are_doubted() {
     assert_eq!(session(["rad", "N·m"], "", bad).doubts, [""; 0]);
 }
 
-/// Readings of a sensor that reads in steps agree anywhere, and least often at its ends.
+/// Readings of a sensor that reads in steps agree anywhere.
 #[test]
 fn equal_readings_at_an_end_are_doubted_and_steps_are_not() {
     let told = |read: &dyn Fn(f64) -> f64| {
@@ -155,6 +155,7 @@ fn equal_readings_at_an_end_are_doubted_and_steps_are_not() {
     let largest = told(&|torque| torque.min(12.0));
     assert!(largest.len() == 1 && largest[0].contains("largest torque reading of shoulder, 12,"), "{largest:?}");
     assert!(told(&|torque| torque.max(2.0))[0].contains("lowest in [readings] torque"));
+    assert_eq!(told(&|torque| torque.clamp(2.0, 12.0)).len(), 2);
 }
 
 /// All of the time, or from some pose on; of a reading in coarse steps it may be chance, and each pose may be read several times.

@@ -8,6 +8,9 @@
 //! Nielsen, *Damping parameter in Marquardt's method*, IMM-REP-1999-05, eq. 2.5. Beyond the source, λ falls to a tenth (there
 //! to a third) and grows by at most 2 after an accepted step.
 //!
+//! Where no step of growing damping lowers the cost, rounding may hide what so short a step gains, while a less damped one still gains something:
+//! at the end of a bent valley. So less damped ones are tried then, down to that of the first.
+//!
 //! A start may be near the end already (the one of a fit that was handed down, or of the same fit to fewer readings). So a step that is
 //! all but undamped is tried first, and taken where it is short and does what the linear model says; from there on it is the method of
 //! Gauss and Newton. Else λ starts as if it had not been tried.
@@ -32,6 +35,8 @@ const NEAR_START: f64 = 0.005;
 const NEAR_RATIO: f64 = 0.1;
 /// The first step is at most this share of what it moves.
 const FIRST_STEP: f64 = 0.2;
+/// What less damped steps have of the damping of those before, where none of more damping lowers the cost.
+const LESS_DAMPED: f64 = 0.1;
 /// Growth of the damping while a step is too long, and where that ends.
 const LONG_GROWTH: f64 = 3.0;
 const MAX_LONG_DAMPING: f64 = 1e4;
@@ -121,12 +126,14 @@ impl Damping {
     }
 }
 
-/// Tries steps of growing damping until one lowers the cost; the first perhaps nearly undamped (see [`Damping`]).
+/// Tries steps of growing damping until one lowers the cost; the first perhaps nearly undamped (see [`Damping`]). Where none does, of less
+/// damping than at first.
 pub(crate) fn damped_iteration<'p>(
     damping: &mut Damping,
     here: &mut Point<'p>,
     rules: &StoppingRules,
 ) -> Result<Move<'p>, SolveError> {
+    let first = if damping.near { INITIAL_DAMPING } else { damping.lambda };
     loop {
         let lambda = damping.lambda();
         if let Some((step, predicted)) = here.step(lambda) {
@@ -142,12 +149,59 @@ pub(crate) fn damped_iteration<'p>(
                     damping.accept(trial.ratio());
                     return Ok(Move::To { trial: Box::new(trial), damping: lambda, end });
                 }
+                Decision::End(Termination::NoProgress) => break,
                 Decision::End(end) => return Ok(Move::Stay(end)),
                 Decision::Shorten => {}
             }
         }
         if !damping.reject() {
-            return Ok(Move::Stay(Termination::NoProgress));
+            break;
         }
+    }
+    Ok(less_damped(damping, first, here, rules))
+}
+
+/// Tries steps of less damping than this until one lowers the cost.
+fn less_damped<'p>(damping: &mut Damping, first: f64, here: &mut Point<'p>, rules: &StoppingRules) -> Move<'p> {
+    *damping = Damping { lambda: first, growth: 2.0, near: false, bounded: true };
+    while damping.lambda > NEAR_DAMPING {
+        damping.lambda *= LESS_DAMPED;
+        let lambda = damping.lambda;
+        let Some((step, predicted)) = here.step(lambda) else { continue };
+        let mut trial = here.attempt(&step, predicted);
+        match here.decide(&mut trial, 0.0, rules) {
+            Decision::Accept(end) => {
+                damping.accept(trial.ratio());
+                return Move::To { trial: Box::new(trial), damping: lambda, end };
+            }
+            Decision::End(end) => return Move::Stay(end),
+            Decision::Shorten => {}
+        }
+    }
+    Move::Stay(Termination::NoProgress)
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::{EvaluateError, SolveContext, Solver};
+
+    use crate::LevenbergMarquardt;
+    use crate::testing::{built, scalar};
+
+    /// `y = x²` to within 0.1, `x = 1` to within 100, and a level of which two readings are 2000 apart: their misfit is most of the cost, and its rounding,
+    /// here 2e-8, hides what steps gain that are damped as at the start. The undamped one leaves the valley.
+    fn bent_valley(x: &[f64], r: &mut [f64], j: &mut [f64]) -> Result<(), EvaluateError> {
+        let rounding = 2e-11 * (1e9 * (x[0] - 0.5)).sin().abs();
+        r.copy_from_slice(&[10.0 * (x[1] - x[0] * x[0]), 0.01 * (1.0 - x[0]), x[2] + 1e3, x[2] - 1e3 - rounding]);
+        j.copy_from_slice(&[-20.0 * x[0], 10.0, 0.0, -0.01, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+        Ok(())
+    }
+
+    #[test]
+    fn what_rounding_hides_of_heavily_damped_steps_less_damped_ones_gain() {
+        let (problem, start) = built(vec![scalar("x", 0.5), scalar("y", 0.25), scalar("level", 0.0)], 4, bent_valley);
+        let found = LevenbergMarquardt::default().solve(&problem, &start, &mut SolveContext::default()).unwrap();
+        let x = found.values.scalar(problem.find("x").unwrap());
+        assert!((x - 1.0).abs() < 0.05, "{} {x}", found.termination);
     }
 }

@@ -26,6 +26,7 @@ pub use measurement_set::MeasurementSet;
 pub use method::solve;
 pub(crate) use model_error::at_rest::OfReadings;
 pub(crate) use model_error::axes::JointTilt;
+pub(crate) use model_error::bending::is_stiffness_unsaid;
 pub(crate) use model_error::lengths::JointPlacement;
 pub use order::Order;
 pub use problem::JointProblem;

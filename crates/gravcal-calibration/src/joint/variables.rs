@@ -148,6 +148,21 @@ pub struct Lengths {
     pub std: f64,
 }
 
+impl Lengths {
+    /// How many numbers there are.
+    pub fn numbers(&self) -> usize {
+        AXES * self.links.len()
+    }
+
+    /// The link whose joint a number is of.
+    pub fn link_of(&self, number: usize) -> usize {
+        self.links[number / AXES]
+    }
+}
+
+/// Axes of a link along which its joint may sit aside.
+pub(crate) const AXES: usize = 3;
+
 /// A number of some joints that no one declares and that errors of the model call for: friction that is left at rest, how far joints bend.
 #[derive(Clone, Debug)]
 pub struct OfJoints {

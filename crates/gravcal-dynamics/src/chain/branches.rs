@@ -77,8 +77,12 @@ impl Chain {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use crate::chain::{Attachment, Chain, Mimic};
-    use crate::random_chain::{branched, turning};
+    use crate::joint::Joint;
+    use crate::random_chain::{branched, pose, turning};
+    use crate::transform::Transform;
 
     /// A torso with two arms of two joints; the last joint of the second arm mimics its first.
     fn torso() -> Chain {
@@ -97,9 +101,42 @@ mod tests {
         assert_eq!(chain.links_of(3).collect::<Vec<_>>(), [3, 4]);
         assert!((0..5).all(|link| chain.moves(0, link)));
         assert_eq!((0..5).filter(|link| chain.moves(1, *link)).collect::<Vec<_>>(), [1, 2]);
+        assert_eq!((0..5).filter(|link| chain.carries(3, *link)).collect::<Vec<_>>(), [3, 4]);
         assert!(chain.meet(1, 2) && chain.meet(0, 3) && !chain.meet(1, 3));
         assert_eq!((0..4).filter(|joint| chain.is_last(*joint)).collect::<Vec<_>>(), [2]);
         assert_eq!((chain.root_joint(), chain.parent(3), chain.parent(0)), (Some(0), Some(0), None));
+    }
+
+    proptest! {
+        /// A joint that sits aside carries what hangs on it as much aside: gravity's torques are those of its parent's moment, larger by the mass times it.
+        #[test]
+        fn a_joint_aside_is_a_moment_of_the_link_before(
+            pose in pose(),
+            link in any::<prop::sample::Index>(),
+            aside in [-1.0..1.0_f64, -1.0..1.0, -1.0..1.0],
+        ) {
+            let chain = &pose.chain;
+            let link = link.index(chain.link_count());
+            prop_assume!(chain.parent(link).is_some());
+            let name = &chain.movers()[link].name;
+            let moved = chain.with_joints(|joint| match joint.name == *name {
+                true => Joint { before: Transform::along(aside).compose(&joint.before), ..joint.clone() },
+                false => joint.clone(),
+            });
+            let torques = |chain: &Chain, inertia: &[f64]| {
+                let mut torques = vec![0.0; chain.joint_count()];
+                chain.gravity_torque(&pose.coordinates, pose.gravity, inertia, &mut torques);
+                torques
+            };
+            let mut inertia = pose.inertia.clone();
+            let beyond = (0..chain.link_count()).filter(|other| chain.carries(link, *other));
+            let mass: f64 = beyond.map(|other| pose.inertia[4 * other]).sum();
+            let parent = 4 * chain.parent(link).unwrap();
+            (0..3).for_each(|axis| inertia[parent + 1 + axis] += mass * aside[axis]);
+            for (a, b) in torques(&moved, &pose.inertia).iter().zip(torques(chain, &inertia)) {
+                prop_assert!((a - b).abs() < 1e-9 * (1.0 + a.abs().max(mass)), "{a} {b}");
+            }
+        }
     }
 
     #[test]

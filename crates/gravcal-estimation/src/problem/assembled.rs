@@ -7,7 +7,8 @@ use std::sync::Arc;
 use super::check::{ProblemError, check_constraints, check_factors};
 use super::offsets::offsets;
 use super::structure::{RowPlan, Shape, Structure};
-use crate::{Block, BlockId, Constraint, EvaluateError, Factor, Loss, Noise, Reference, Values, Weights};
+use crate::noise::{Weights, Whitener};
+use crate::{Block, BlockId, Constraint, EvaluateError, Factor, Loss, Noise, Reference, Values};
 
 /// Multiplications of an orthogonal factorization that take no longer than normal equations.
 const SMALL: usize = 1_000;
@@ -174,19 +175,27 @@ impl Problem {
         Ok(Problem { factors: all.into(), ..self.clone() })
     }
 
-    /// The least squares whose solution these values are where they are that of this problem: each row counts by the root of the weight that its loss
-    /// gives it there ([`Problem::weights`]), and has none. Correlated rows keep theirs.
+    /// The same without losses: each row counts by the root of the weight that its loss gives it at these values ([`Problem::weights`]). Where they solve
+    /// this problem they solve that one, too.
     ///
     /// # Errors
     /// As [`Problem::residuals`].
     pub fn weighted_at(&self, values: &Values) -> Result<Problem, EvaluateError> {
         let weights = self.weights(values)?;
-        let weighted = |(index, factor): (usize, &Factor)| match &factor.noise {
-            Noise::Independent(Weights(own)) if factor.loss != Loss::None => {
-                let rows = own.iter().zip(&weights[self.rows_of(index)]).map(|(own, weight)| own * weight.sqrt());
-                Factor { noise: Noise::Independent(Weights(rows.collect())), loss: Loss::None, ..factor.clone() }
-            }
-            _ => factor.clone(),
+        let weighted = |(index, factor): (usize, &Factor)| {
+            let weights = &weights[self.rows_of(index)];
+            let noise = match &factor.noise {
+                Noise::Independent(Weights(own)) => {
+                    let rows = own.iter().zip(weights).map(|(own, weight)| own * weight.sqrt());
+                    Noise::Independent(Weights(rows.collect()))
+                }
+                // They have one weight together.
+                Noise::Correlated(Whitener(own)) => {
+                    let root = weights.first().map_or(1.0, |weight| weight.sqrt());
+                    Noise::Correlated(Whitener(own.iter().map(|entry| root * entry).collect()))
+                }
+            };
+            Factor { noise, loss: Loss::None, ..factor.clone() }
         };
         let factors: Vec<Factor> = self.factors.iter().enumerate().map(weighted).collect();
         Ok(Problem { factors: factors.into(), ..self.clone() })

@@ -226,6 +226,28 @@ mod tests {
         assert!(refused.starts_with("factor 1: the width -1"), "{refused}");
     }
 
+    /// Rows of one noise and correlated ones: what is left of each is the root of its weight, and no loss.
+    #[test]
+    fn a_weighted_problem_has_the_gradient_of_that_with_losses() {
+        let mut builder = ProblemBuilder::new();
+        let x = builder.add_block(Block::scalar("x", "m"), &[5.0]);
+        let correlated = Noise::correlated(&[4.0], 1).unwrap();
+        for noise in [unit(), correlated] {
+            builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, noise).with_loss(Loss::Huber(1.0)));
+        }
+        let (problem, values) = builder.build().unwrap();
+        let weighted = problem.weighted_at(&values).unwrap();
+        let (plain, weights) = (problem.residuals(&values).unwrap(), problem.weights(&values).unwrap());
+        // Beyond the width a residual counts by the width over it.
+        assert_eq!((plain.as_slice(), weights.as_slice()), (&[4.0, 2.0][..], &[0.25, 0.5][..]));
+        assert_eq!(weighted.weights(&values).unwrap(), [1.0, 1.0]);
+        let left = weighted.residuals(&values).unwrap();
+        assert!(
+            left.iter().zip([2.0, 2f64.sqrt()]).all(|(left, expected)| (left - expected).abs() < 1e-12),
+            "{left:?}"
+        );
+    }
+
     #[test]
     fn a_loss_without_a_width_is_refused() {
         let reported = refusal(|builder| {

@@ -52,6 +52,9 @@ impl Uncertainty {
     /// as the estimate: their percentiles say nothing of it, and intervals are symmetric.
     #[must_use]
     pub fn with_systematic(self, factors: &[f64]) -> Uncertainty {
+        if factors.iter().all(|factor| *factor == 1.0) {
+            return self;
+        }
         let covariance = self.covariance.widened(factors);
         let spread = match self.spread {
             Spread::Replicates(replicates) => Spread::Quantile(replicates.quantile()),

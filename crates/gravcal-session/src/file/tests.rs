@@ -320,6 +320,10 @@ fn lengths_may_be_known_to_within_a_standard_deviation() {
         refused("[readings]", &said("length_std_m = -1")),
         "session.toml:9: inertia.length_std_m: -1 is not a standard deviation: expected a positive number of m"
     );
+    assert_eq!(
+        refused("[readings]", &said("length_std_m = 5e-4\ndescription = \"sweep\"")),
+        "session.toml:9: inertia.length_std_m: moments of sweeps ask for no lengths: leave it out"
+    );
 }
 
 #[test]

@@ -18,10 +18,8 @@ use gravcal_robot_model::session::{InertiaPrior, Session};
 
 use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::variables::{Lengths, State, VariableIndex};
+use crate::joint::variables::{AXES, Lengths, State, VariableIndex};
 
-/// Axes of a link.
-const AXES: usize = 3;
 /// First entry of the first moment in a link's block.
 const MOMENT: usize = 1;
 
@@ -73,7 +71,7 @@ pub(in crate::joint) fn add_unknown(
 impl Lengths {
     /// Adds what is known of it beforehand.
     pub(in crate::joint) fn add_prior(&self, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
-        let count = AXES * self.links.len();
+        let count = self.numbers();
         let prior = Prior::new(self.block, vec![0.0; count]);
         builder.add_factor(Factor::new(prior, Noise::independent(&vec![self.std; count])?));
         Ok(())

@@ -43,9 +43,6 @@ impl Solved {
             if std > 0.0 && square > 0.0 { (1.0 + square / (std * std)).sqrt() } else { 1.0 }
         };
         let factors: Vec<f64> = (0..self.judged_problem().columns().len()).map(factor).collect();
-        if factors.iter().all(|factor| *factor == 1.0) {
-            return self;
-        }
         Solved { uncertainty: self.uncertainty.with_systematic(&factors), ..self }
     }
 

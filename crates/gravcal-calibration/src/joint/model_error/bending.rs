@@ -96,10 +96,15 @@ pub(in crate::joint) fn swept(session: &Session) -> bool {
 
 /// Whether joints stood, and nothing says how stiff they are.
 fn may_bend(session: &Session) -> bool {
-    let deflection = &session.deflection;
     session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some())
-        && session.searched.iter().all(|searched| searched.windows.is_none())
         && !(swept(session) && session.inertia == InertiaPrior::Sweep)
+        && is_stiffness_unsaid(session)
+}
+
+/// Whether joints are taken as stiff because nothing says otherwise, where the session could say it.
+pub(crate) fn is_stiffness_unsaid(session: &Session) -> bool {
+    let deflection = &session.deflection;
+    session.searched.iter().all(|searched| searched.windows.is_none())
         && !(deflection.stiff || deflection.hold_std.is_some() || deflection.pose_std.is_some())
         && session.compliances().is_empty()
         && session.instruments.is_empty()

@@ -22,7 +22,7 @@ use crate::joint::solved::Solved;
 const CONTRADICTED: f64 = 1e-3;
 /// A combination of which the readings say less than this share is what was stated.
 const SAID_BY_READINGS: f64 = 0.01;
-/// By how much more than the readings ask for a larger standard deviation is proposed.
+/// By how much more than the readings ask for a larger standard deviation is proposed: more than two digits round away.
 const ROOM: f64 = 1.2;
 
 /// One number that is stated: of which link, `e`, and what it is in the problem's columns, in standard deviations.
@@ -57,9 +57,10 @@ impl Solved {
             inertia_priors(session, &self.built.variables).into_iter().flat_map(of_prior).collect();
         let (strain, most) = self.contradicted(&stated)?;
         Some(format!(
-            "The readings contradict what the robot's description says of the links' masses and centres: they are {} times as far off as stated, most of \
-             all {} (χ² {} of {} numbers). Numbers that rest on them are wrong by more than their intervals. Check whether the description is that of \
-             the arm as it stood (a tool?); or say less of it: [inertia] relative_std{}, or links = \"unknown\" with a load of known mass.",
+            "The readings contradict what the robot's description says of the links' masses, centres and inertia: it is {} times as far off as stated, most of \
+             all for {} (χ² {} of {} numbers). Numbers that rest on it are wrong by more than their intervals. Check whether the description is that of \
+             the arm as it stood: was a tool mounted that it lacks, or not mounted that it has? Or say less of it: [inertia] relative_std{}, or \
+             links = \"unknown\" with a load of known mass.",
             significant(strain.times(), 2),
             session.robot.chain.links()[most].name,
             significant(strain.statistic, 3),
@@ -70,9 +71,9 @@ impl Solved {
 
     fn contradicted_lengths(&self, session: &Session) -> Option<String> {
         let lengths = self.built.variables.lengths.as_ref()?;
-        let numbers = 3 * lengths.links.len();
+        let numbers = lengths.numbers();
         let mut stated = self.stated(0, lengths.block, &vec![0.0; numbers], &vec![lengths.std; numbers]);
-        stated.iter_mut().enumerate().for_each(|(number, stated)| stated.link = lengths.links[number / 3]);
+        stated.iter_mut().enumerate().for_each(|(number, stated)| stated.link = lengths.link_of(number));
         let (strain, most) = self.contradicted(&stated)?;
         Some(format!(
             "The readings contradict what the session says of the robot's lengths: joints are {} times as far from where the description has them as stated, \
@@ -81,7 +82,7 @@ impl Solved {
             session.robot.chain.movers()[most].name,
             significant(strain.statistic, 3),
             strain.freedom,
-            significant(ROOM * strain.times() * lengths.std, 1),
+            significant(ROOM * strain.times() * lengths.std, 2),
         ))
     }
 
@@ -145,9 +146,13 @@ fn of_errors(off: DVector<f64>, found: DMatrix<f64>, misfit: f64) -> Option<Stra
 /// What to state of masses instead, where the same is stated of all links.
 fn less_well_known(session: &Session, times: f64) -> String {
     let InertiaPrior::Model { relative_std } = &session.inertia else { return String::new() };
-    let mut stated = relative_std.iter().flatten();
-    let Some(first) = stated.next().filter(|first| stated.all(|other| other == *first)) else { return String::new() };
-    format!(" = {}", significant(ROOM * times * first, 1))
+    // Where links are known to different shares, or exactly, each has its own.
+    match relative_std.first() {
+        Some(Some(first)) if relative_std.iter().all(|other| *other == Some(*first)) => {
+            format!(" = {}", significant(ROOM * times * first, 2))
+        }
+        _ => String::new(),
+    }
 }
 
 #[cfg(test)]
@@ -158,8 +163,8 @@ mod tests {
     use crate::joint::{Signals, select, solve};
     use crate::testing::{sarcos_shoulder, with_environment};
 
-    /// Of a shoulder whose links' masses are said to be known to 2 %, and of which one is so many times what is said.
-    fn contradicted(times: f64) -> Vec<String> {
+    /// Of a shoulder whose links' masses are said to be known so well, and of which one is so many times what is said.
+    fn contradicted(times: f64, relative_std: Option<f64>) -> Vec<String> {
         let simulation = sarcos_shoulder();
         let mut session = simulation.session(0);
         let chain = &session.robot.chain;
@@ -172,7 +177,7 @@ mod tests {
         };
         let links = links.map(stated).collect();
         session.robot.chain = Chain::new(chain.base(), chain.joints().to_vec(), links).unwrap();
-        session.inertia = InertiaPrior::Model { relative_std: vec![Some(0.02); 3] };
+        session.inertia = InertiaPrior::Model { relative_std: vec![relative_std; 3] };
         let readings = select(&session, Signals::All);
         let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
         solved.contradicted_description(&session)
@@ -180,11 +185,26 @@ mod tests {
 
     #[test]
     fn masses_that_the_readings_contradict_are_told_with_the_link() {
-        assert_eq!(contradicted(1.0), Vec::<String>::new());
-        let told = contradicted(1.5);
+        assert_eq!(contradicted(1.0, Some(0.02)), Vec::<String>::new());
+        let told = contradicted(1.5, Some(0.02));
         let link = sarcos_shoulder().template.robot.chain.links()[2].name.clone();
-        assert!(told.len() == 1 && told[0].contains(&format!("most of all {link} ")), "{told:?}");
-        assert!(told[0].contains("[inertia] relative_std = 0."), "{told:?}");
+        assert!(told.len() == 1 && told[0].contains(&format!("most of all for {link} ")), "{told:?}");
+        let proposed = told[0].split("relative_std = ").nth(1).and_then(|rest| rest.split(',').next()).unwrap();
+        let proposed: f64 = proposed.parse().unwrap();
+        assert!(contradicted(1.5, Some(proposed)).is_empty() && proposed > 0.02, "{proposed}");
+    }
+
+    /// One number is proposed where one is stated of all links.
+    #[test]
+    fn exact_links_stay_exact() {
+        let mut session = sarcos_shoulder().session(0);
+        let mut proposed = |relative_std: [Option<f64>; 3]| {
+            session.inertia = InertiaPrior::Model { relative_std: relative_std.into() };
+            less_well_known(&session, 2.0)
+        };
+        assert_eq!(proposed([Some(0.1); 3]), " = 0.24");
+        assert_eq!(proposed([None, Some(0.1), Some(0.1)]), "");
+        assert_eq!(proposed([Some(0.1), Some(0.2), Some(0.1)]), "");
     }
 
     /// Of three numbers one is not read.

@@ -3,10 +3,12 @@
 //! A joint that sits aside by `δ` moves the first moment of the link that it hangs on, times the mass beyond it (`building/lengths.rs`).
 
 use gravcal_estimation::{EvaluateError, in_parallel};
+use gravcal_robot_model::number::measured;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::building::lengths::{mass_beyond, placed_links};
 use crate::joint::solved::Solved;
+use crate::joint::variables::AXES;
 
 /// Step of a first moment, kg·m: what readings are of is linear in it.
 const STEP: f64 = 1.0;
@@ -62,12 +64,12 @@ impl Solved {
         let columns = self.judged_problem().columns_of(lengths.block);
         let numbers = columns.zip(self.estimate.values.get(lengths.block)).enumerate();
         let told = |(number, (column, found)): (usize, (usize, &f64))| {
-            let (link, std) = (lengths.links[number / 3], covariance.std(column));
+            let (link, std) = (lengths.link_of(number), covariance.std(column));
             let parent = chain.links()[chain.parent(link)?].name.as_str();
-            let [found, digits] = [1e3 * found, 1e3 * std];
             (std < TOLD * lengths.std).then(|| {
-                let axis = ["x", "y", "z"][number % 3];
-                format!("{} by {found:.2} ± {digits:.2} mm along {axis} of {parent}", chain.movers()[link].name)
+                let axis = ["x", "y", "z"][number % AXES];
+                let (found, std) = measured(1e3 * found, 1e3 * std);
+                format!("{} by {found} ± {std} mm along {axis} of {parent}", chain.movers()[link].name)
             })
         };
         let told: Vec<String> = numbers.filter_map(told).collect();

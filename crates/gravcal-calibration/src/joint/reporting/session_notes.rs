@@ -1,7 +1,7 @@
 //! What every estimator's reader should know of a session, whatever comes out.
 
 use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::session::{PriorKind, Session};
+use gravcal_robot_model::session::{InertiaPrior, PriorKind, Session};
 
 /// What every estimator's reader should know of frames, positions and loads.
 pub(crate) fn session_notes(session: &Session) -> Vec<String> {
@@ -58,15 +58,17 @@ fn load_mass_note(session: &Session) -> Option<String> {
 /// Strength of gravity where nobody looked it up, m/s².
 const STANDARD: [f64; 4] = [9.8, 9.80665, 9.807, 9.81];
 
-/// What torque gains take over from the strength of gravity.
+/// What torque gains take over from the strength of gravity, where known masses tell them.
 fn strength_note(session: &Session) -> Option<String> {
     let gravity = &session.gravity;
     let guessed = gravity.magnitude_std.is_none() && STANDARD.contains(&gravity.magnitude);
     let open = session.joints.iter().any(|joint| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat);
-    (guessed && open && !session.loads.is_empty()).then(|| {
+    let known =
+        session.loads.iter().any(|load| !load.is_unknown()) || matches!(session.inertia, InertiaPrior::Model { .. });
+    (guessed && open && known).then(|| {
         format!(
-            "The strength of gravity, {} m/s², is taken as exact. On earth it goes from 9.764 to 9.834, and what it is off torque gains are off: say \
-             latitude_deg and altitude_m, or magnitude_std_m_per_s2.",
+            "The strength of gravity is taken as exactly {} m/s². On earth it lies between 9.764 and 9.834, and torque gains are off by the same share. Say \
+             latitude_deg and altitude_m instead of magnitude_m_per_s2, or add magnitude_std_m_per_s2.",
             gravity.magnitude
         )
     })
@@ -97,4 +99,29 @@ fn mimic_notes(session: &Session) -> Vec<String> {
         })
     };
     (0..session.joints.len()).filter_map(note).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn a_standard_strength_is_noted_where_known_masses_tell_torque_gains() {
+        let session = sarcos_shoulder().session(0);
+        assert!(strength_note(&session).is_some());
+        let with = |change: &dyn Fn(&mut Session)| {
+            let mut other = session.clone();
+            change(&mut other);
+            strength_note(&other).is_some()
+        };
+        assert!(!with(&|other| other.gravity.magnitude = 9.8078), "looked up");
+        assert!(!with(&|other| other.gravity.magnitude_std = Some(0.01)));
+        let unknown = |other: &mut Session| other.loads.iter_mut().for_each(|load| load.mass = f64::NAN);
+        assert!(!with(&unknown));
+        assert!(with(&|other| {
+            unknown(other);
+            other.inertia = InertiaPrior::Model { relative_std: vec![Some(0.1); 3] };
+        }));
+    }
 }

@@ -51,7 +51,7 @@ impl Sums {
                 add(&mut sums[place..], u[place], &u[place..]);
             }
             add(&mut along[owner], *r, u);
-            squares[owner] += r * r;
+            squares[owner] += rows.count(row) * r * r;
         }
         let whole = |sums: Vec<f64>| {
             let mut basis = DMatrix::from_vec(rank, rank, sums);

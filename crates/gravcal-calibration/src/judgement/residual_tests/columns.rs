@@ -104,7 +104,7 @@ pub struct Columns<'a> {
     turned_gravity: [Vec<f64>; 2],
     /// What is stated of each load.
     loads: Vec<StatedLoad>,
-    /// Of joints beyond which a known load is carried.
+    /// Of joints beyond which known masses hang, where lengths are exact.
     placements: Vec<JointPlacement>,
     /// By link that a joint moves; empty where that is not known.
     tilts: Vec<JointTilt>,

@@ -16,8 +16,13 @@
 //! **What changes between tables.** A bias, a gain, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a
 //! base that was moved).
 //!
-//! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]). **Lengths of the robot**, as far as a known load beyond a
-//! joint shows where the joint sits (`joint/model_error/lengths.rs`).
+//! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]).
+//!
+//! **What the robot's description says** of each joint: where it sits, as far as known masses beyond it show that (`joint/model_error/lengths.rs`), and how it is
+//! tilted (`joint/model_error/axes.rs`). Where one of these, or a load's mass, is named, the like may be as wrong. What hangs on what is taken as exact, and need
+//! not show, is told beside ([`taken_as_exact`]).
+//!
+//! **From which side joints came**, as the session says it, or, in tables, as the order of rows tells it ([`order`]).
 //!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
 //! recorder does the same to all torques, and warmth about the same to all gains. One compliance of all joints, one lag and one filter of all torques, and
@@ -29,7 +34,8 @@
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. By as much as such a term would move a number
 //! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
 //! an uncertainty. A zero that drifts is seldom alone, nor is a gain or a zero that has changed: where one is named, others are taken to have, too ([`drift`]). The verdict stays *partly
-//! determined*: the term belongs into the model. Less is told, and changes no verdict. The side from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
+//! determined*: the term belongs into the model. Less is told, and changes no verdict. The side from which joints came spoils nothing where errors beyond the noise of
+//! a recording are estimated: what friction leaves at rest is then an unknown of the
 //! fit (`joint/model_error/at_rest.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
 //!
@@ -60,6 +66,7 @@ mod taken_as_exact;
 #[cfg(test)]
 mod tests;
 mod words;
+mod words_of_stated;
 
 pub(crate) use of_solution::{ResidualTests, TestsWanted, residual_tests, too_large};
 pub(crate) use words::in_words;

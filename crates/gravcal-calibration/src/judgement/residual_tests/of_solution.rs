@@ -76,6 +76,10 @@ pub(crate) fn residual_tests(
     let maker = ResidualMaker::new(&solution)?;
     let columns = Columns::new(session, solved, problem.rows())?;
     let rows = Rows::new(session, solved, &maker).sharing_errors(err_by_pose);
+    let rows = match weights {
+        Some(weights) => rows.weighted(weights, &maker),
+        None => rows,
+    };
     let robust = !matches!(uncertainty, UncertaintyResult::Noise { .. });
     let search = Search { session, solved, solution, columns, weights, robust };
     let neighbours = in_parallel(0..rows.channels(), |channel| Neighbours::of(&maker, &rows, channel));

@@ -7,6 +7,8 @@ use gravcal_robot_model::session::Session;
 
 /// A joint that moves by less, rad or m, may not have slid through: it keeps the side from which it came before.
 const MOVED: f64 = 0.01;
+/// The same in standard deviations of a position reading: five of the difference of two. The side to which noise moves a reading goes with its error.
+const BEYOND_NOISE: f64 = 7.0;
 
 /// By pose and joint: 1 where the reading rose, −1 where it fell, 0 where it is not known. Empty where the session says it itself, or where an arm was
 /// followed while it moved.
@@ -16,13 +18,16 @@ pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
         return Vec::new();
     }
     let joints = session.joints.len();
+    let noise = &session.deflection.reading_std;
+    let least: Vec<f64> =
+        (0..joints).map(|joint| noise.get(joint).map_or(MOVED, |std| MOVED.max(BEYOND_NOISE * std))).collect();
     let mut sides: Vec<Vec<f64>> = Vec::with_capacity(session.poses.len());
     for (place, pose) in session.poses.iter().enumerate() {
         let before = place.checked_sub(1).map(|before| (&session.poses[before], &sides[before]));
         let of_joint = |joint: usize| match before {
             Some((before, side)) if before.table == pose.table => {
                 let moved = pose.position[joint] - before.position[joint];
-                if moved.abs() > MOVED { moved.signum() } else { side[joint] }
+                if moved.abs() > least[joint] { moved.signum() } else { side[joint] }
             }
             _ => 0.0,
         };

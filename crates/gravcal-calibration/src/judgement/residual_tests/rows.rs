@@ -33,6 +33,8 @@ pub struct Rows {
     freedom: Vec<f64>,
     /// Whether the rows of a pose share errors beside their noise.
     share_errors: bool,
+    /// How much each row tells of the noise: its weight under a loss; empty where all tell it fully.
+    counts: Vec<f64>,
 }
 
 impl Rows {
@@ -60,9 +62,22 @@ impl Rows {
         };
         let pairs = of_channel.iter().map(pairs).collect();
         let (poses, freedom) = (order.len(), Vec::new());
-        let mut rows = Rows { owner, channels, place, poses, of_channel, pairs, freedom, share_errors: false };
+        let (share_errors, counts) = (false, Vec::new());
+        let mut rows = Rows { owner, channels, place, poses, of_channel, pairs, freedom, share_errors, counts };
         rows.count_freedom(maker);
         rows
+    }
+
+    /// The same where rows are weighted: what is taken for an outlier tells nothing of the noise.
+    pub fn weighted(mut self, weights: &[f64], maker: &ResidualMaker) -> Rows {
+        self.counts = weights.to_vec();
+        self.count_freedom(maker);
+        self
+    }
+
+    /// How much a row tells of the noise, from 0 to 1.
+    pub fn count(&self, row: usize) -> f64 {
+        self.counts.get(row).copied().unwrap_or(1.0)
     }
 
     /// The same where the rows of a pose share errors, or do not.
@@ -78,8 +93,8 @@ impl Rows {
     /// To be done again where the residual maker is another.
     pub fn count_freedom(&mut self, maker: &ResidualMaker) {
         self.freedom = vec![0.0; self.owners()];
-        for (owner, entry) in self.owner.iter().zip(maker.diagonal()) {
-            self.freedom[*owner] += entry.max(0.0);
+        for (row, entry) in maker.diagonal().into_iter().enumerate() {
+            self.freedom[self.owner[row]] += self.count(row) * entry.max(0.0);
         }
     }
 
@@ -133,6 +148,7 @@ impl Rows {
             pairs: vec![(1..count).map(|row| (row - 1, row)).collect()],
             freedom: Vec::new(),
             share_errors: false,
+            counts: Vec::new(),
         };
         rows.count_freedom(maker);
         rows

@@ -9,7 +9,8 @@
 //!
 //! and `a` has the covariance `V = Σ_c f_c W_cᵀ W_c` if the term is not there. `F = aᵀ V⁻¹ a / k` has `k` and
 //! `ν = (Σ v_c)² / Σ v_c²/ν_c` degrees of freedom (Satterthwaite; `v_c = f_c tr W_cᵀ W_c`, `ν_c` those of the channel). With one channel it
-//! is the F test of the two fits. It needs no stated noise, and holds whether the stated noise is right or not.
+//! is the F test of the two fits. It needs no stated noise, and holds whether the stated noise is right or not. Under a loss each row counts in
+//! both sums of `f_c` by its weight `w`, as the weighted residual times `√w` is what moves the estimate.
 //!
 //! **Neighbours that are alike.** Where those of `r′` are (see [`super::neighbours`]), poses are taken in blocks of neighbours and
 //! `V = G/(G−1) Σ_b s_b s_bᵀ` with `s_b = Σ_{i∈b} W_i r′_i`. With `f = (Σ_b n_b)²/Σ_b n_b² − 1`, `n_b = Σ_{i∈b} |W_i|²`, as a term that is
@@ -165,7 +166,7 @@ fn products(rows: &Rows, terms: &[Vec<f64>], after: &[f64]) -> (Vec<DMatrix<f64>
     let mut of_row = vec![0.0; count];
     for (row, r) in after.iter().enumerate() {
         let owner = rows.owner(row);
-        squares[owner] += r * r;
+        squares[owner] += rows.count(row) * r * r;
         of_row.iter_mut().zip(terms).for_each(|(entry, term)| *entry = term[row]);
         for (sums, a) in parts[owner].chunks_exact_mut(count).zip(&of_row) {
             sums.iter_mut().zip(&of_row).for_each(|(sum, b)| *sum += a * b);

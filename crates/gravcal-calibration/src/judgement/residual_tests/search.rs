@@ -290,7 +290,7 @@ impl Search<'_> {
             Candidate::DriftOfAll => None, // made of the others: see `drift.rs`
             Candidate::Term(channel, term) => {
                 let in_fit = |found: Option<OfReadings>| {
-                    of_estimate(found?, rows, *channel, &self.columns.of(*channel, term)[0])
+                    of_estimate(found?, rows, *channel, &self.weighted(self.columns.of(*channel, term))[0])
                 };
                 let scored = match (term, self.is_in_fit(*channel, term)) {
                     (Term::Direction, true) => in_fit(self.solved.friction_at_rest(*channel))?,
@@ -312,9 +312,11 @@ impl Search<'_> {
         coefficients.iter().all(|size| size * sign > 0.0)
     }
 
-    /// Whether friction that is left at rest is among the errors that standard deviations of the channel allow for.
+    /// Whether friction that is left at rest is among the errors that standard deviations of the channel allow for: in recordings it is an unknown then,
+    /// in tables it is none.
     fn errs_at_rest(&self, channel: usize) -> bool {
-        self.session.unexplained_errors()[channel] == UnexplainedError::Estimated
+        let estimated = self.session.unexplained_errors()[channel] == UnexplainedError::Estimated;
+        estimated && !self.session.searched.is_empty()
     }
 
     /// By how many of its standard deviations what is missing moves the number that it moves most.

@@ -9,6 +9,7 @@ use gravcal_robot_model::parameter::ParameterId;
 
 use super::columns::Term;
 use super::search::Search;
+use crate::joint::is_stiffness_unsaid;
 
 /// How far joints and loads are from where nobody has measured, m.
 const ASIDE: f64 = 1e-3;
@@ -49,26 +50,37 @@ impl Search<'_> {
     }
 
     fn lengths(&self) -> Exact {
-        let placed = self.columns.terms_of_arm().into_iter().filter(|term| matches!(term, Term::JointPlacement(_)));
         Exact {
-            wrong: format!("each joint were {} mm from where the robot's description has it", 1e3 * ASIDE),
+            wrong: format!(
+                "each joint were {} mm, along each axis, from where the robot's description has it",
+                1e3 * ASIDE
+            ),
             key: "[inertia] length_std_m",
-            columns: placed.flat_map(|term| self.aside(&term, ASIDE)).collect(),
+            columns: self.all_aside(|term| matches!(term, Term::JointPlacement(_))),
         }
     }
 
     fn places_of_loads(&self) -> Exact {
-        let placed = self.columns.terms_of_arm().into_iter().filter(|term| matches!(term, Term::LoadPlacement(_)));
         Exact {
-            wrong: format!("each load were {} mm from where position_m says", 1e3 * ASIDE),
+            wrong: format!("each load were {} mm, along each axis, from where position_m says", 1e3 * ASIDE),
             key: "position_std_m of the load",
-            columns: placed.flat_map(|term| self.aside(&term, ASIDE)).collect(),
+            columns: self.all_aside(|term| matches!(term, Term::LoadPlacement(_))),
         }
     }
 
-    /// Of joints that stand: of an arm in motion nothing says how they bend.
+    /// All that is stated of one kind of place.
+    fn all_aside(&self, of_kind: impl Fn(&Term) -> bool) -> Vec<Vec<f64>> {
+        self.columns
+            .terms_of_arm()
+            .iter()
+            .filter(|term| of_kind(term))
+            .flat_map(|term| self.aside(term, ASIDE))
+            .collect()
+    }
+
+    /// Of joints of which nothing says how they bend.
     fn stiffness(&self) -> Exact {
-        let may_bend = |joint: &usize| !self.session.has_windows() && !self.solved.has_bending(*joint);
+        let may_bend = |joint: &usize| is_stiffness_unsaid(self.session) && !self.solved.has_bending(*joint);
         let joints = (0..self.session.joints.len()).filter(may_bend);
         Exact {
             wrong: format!("each joint bent by {}° under its largest torque", significant(BENDS.to_degrees(), 1)),

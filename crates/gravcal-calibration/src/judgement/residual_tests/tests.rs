@@ -4,7 +4,7 @@ use gravcal_dynamics::{Chain, Transform};
 use gravcal_estimation::Loss;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Options;
-use gravcal_robot_model::session::{Pose, PriorKind, Session};
+use gravcal_robot_model::session::{Deflection, Pose, PriorKind, Session, UncertaintyChoice, UnexplainedError};
 use gravcal_session::simulation::Simulation;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -460,6 +460,44 @@ fn under_a_loss_what_the_model_lacks_is_named_all_the_same() {
     }
 }
 
+/// Of every fifth reading spoilt, right models name nothing: what is taken for an outlier tells nothing of the noise.
+#[test]
+fn outliers_that_a_loss_takes_off_name_nothing() {
+    let mut found = Vec::new();
+    for (trial, loss) in (0..4).flat_map(|trial| [(trial, Loss::Huber(1.345)), (trial, Loss::Tukey(4.685))]) {
+        let mut random = Pcg64::seed_from_u64(trial);
+        let mut session = Session { loss, ..shoulder().session(trial) };
+        for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()) {
+            if random.random_bool(0.2) {
+                reading.value += 15.0 * NOISE * random.sample::<f64, _>(StandardNormal);
+            }
+        }
+        let result = estimate(&session);
+        found.extend(result.residual_tests.iter().map(|test| test.p_value));
+        assert!(named(&result).is_empty(), "{trial} {loss:?}: {:?}", named(&result));
+    }
+    let below = found.iter().filter(|p| **p < 0.05).count() as f64 / found.len() as f64;
+    assert!(below < 0.07, "{below} of {}", found.len());
+}
+
+/// The percentiles of a bootstrap, whose replicates lack the term as the estimate does, know nothing of it.
+#[test]
+fn what_the_model_lacks_widens_a_bootstrap_too() {
+    let simulation = with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[6.0 * NOISE / 4000.0]);
+    let session = taken_as_affine(&simulation.session(0));
+    let uncertainty = UncertaintyChoice::Bootstrap { block_poses: 11, replicates: 40, seed: 1 };
+    let bootstrap = estimate(&Session { uncertainty, ..session.clone() });
+    let noise = estimate(&session);
+    assert!(named(&bootstrap).iter().any(|test| test.kind == ResidualTestKind::Trend && test.spoils_intervals));
+    let bias = |result: &EstimatorResult| {
+        let bias = result.parameters.iter().find(|one| one.name == "joint2.torque_bias").unwrap();
+        (bias.std.unwrap(), bias.ci95.unwrap())
+    };
+    let ((own, [low, high]), (other, _)) = (bias(&bootstrap), bias(&noise));
+    assert!((0.7..1.5).contains(&(own / other)), "{own} {other}");
+    assert!(high - low > 3.5 * own, "{low} {high} {own}");
+}
+
 /// Where no table says from which side joints came, poses were read one after the other.
 #[test]
 fn friction_goes_with_the_order_of_the_poses() {
@@ -477,6 +515,10 @@ fn friction_goes_with_the_order_of_the_poses() {
     assert!(test.kind == ResidualTestKind::Direction && test.channel == "joint2", "{test:?}");
     assert!((test.size / (1.5 * NOISE) - 1.0).abs() < 0.2 && test.spoils_intervals, "{test:?}");
     assert!(in_words(&session, &[test]).concat().contains("as the order of the rows tells it"));
+    // Errors that are estimated are no friction: in tables that is no unknown.
+    let estimated = Session { unexplained: vec![UnexplainedError::Estimated; 3], ..session.clone() };
+    let test = first(estimated, 1, |place, _| 1.5 * NOISE * sides[place][1]);
+    assert!(test.kind == ResidualTestKind::Direction && test.spoils_intervals, "{test:?}");
     session.poses[5].conditions.direction = vec![1.0, 0.0, 0.0];
     assert!(sides_by_order(&session).is_empty(), "what the session says counts");
 }
@@ -532,7 +574,14 @@ fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
     session.length_std = Some(1e-3);
     session.loads.iter_mut().for_each(|load| load.position_std = Some(1e-3));
     assert_eq!(told(&session)[..2], [false; 2]);
-    assert_eq!(told(&sarcos_shoulder().session(0)), [false; 3], "noise hides it");
+    session.length_std = None;
+    session.loads.iter_mut().for_each(|load| load.position_std = None);
+    let stiff = Deflection { stiff: true, ..Deflection::default() };
+    assert_eq!(told(&Session { deflection: stiff, ..session.clone() }), [true, true, false], "stated");
+    for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()) {
+        reading.std = reading.std.map(|std| 500.0 * std);
+    }
+    assert_eq!(told(&session), [false; 3], "what is known so badly hangs on nothing");
 }
 
 /// What an arm of other lengths reads is named, and intervals hold; so they do where the session says how well lengths are known, and then they are

@@ -3,13 +3,14 @@
 use gravcal_dynamics::JointKind;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::session::{PriorKind, Session};
+use gravcal_robot_model::session::Session;
 
 use super::columns::ALL_JOINTS;
 use super::delayed::{cut_off, half_square};
 use super::of_torque::per_torque;
 use super::order::sides_by_order;
 use super::score::MATTERS;
+use super::words_of_stated::{of_like, of_stated};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What becomes of intervals where a term spoils them.
@@ -46,7 +47,8 @@ fn of_others(tests: &[ResidualTest]) -> Vec<&'static str> {
         ResidualTestKind::PositionOffset { .. } => Some(OTHER_OFFSETS),
         _ => None,
     };
-    let widens = |test: &&ResidualTest| test.named && test.spoils_intervals && test.channel != ALL_JOINTS;
+    let of_test = |test: &ResidualTest| of_like(&test.kind).or(of_test(test).filter(|_| test.channel != ALL_JOINTS));
+    let widens = |test: &&ResidualTest| test.named && test.spoils_intervals;
     let mut said: Vec<&'static str> = tests.iter().filter(widens).filter_map(of_test).collect();
     said.sort_unstable();
     said.dedup();
@@ -283,24 +285,10 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
              calibrate those before and after by themselves."
                 .into(),
         ),
-        ResidualTestKind::LoadMass { load } => of_load_mass(session, load, test),
-        ResidualTestKind::LoadPlacement { load } => (
-            format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
-            "Leave position_m away: torque gains do not need it. Or say how well it is known (position_std_m).".into(),
-        ),
-        ResidualTestKind::JointTilt { joint } => (
-            format!(
-                "The residuals of all joints show the axis of {joint} tilted by {}° against the robot's description.",
-                significant(test.size.to_degrees(), 2)
-            ),
-            "Intervals allow for other axes that are tilted as much. Use axes that were measured for this very arm (controllers of many arms hold them).".into(),
-        ),
-        ResidualTestKind::JointPlacement { joint } => (
-            format!("The residuals of all joints show {joint} {size} {unit} from where the robot's description has it on the link before."),
-            "Intervals allow for other lengths that are as wrong. Use lengths that were measured for this very arm (controllers of many arms hold them), or say \
-             how well they are known ([inertia] length_std_m). A load may be elsewhere than position_m says instead."
-                .into(),
-        ),
+        ResidualTestKind::LoadMass { .. }
+        | ResidualTestKind::LoadPlacement { .. }
+        | ResidualTestKind::JointPlacement { .. }
+        | ResidualTestKind::JointTilt { .. } => of_stated(session, test),
         ResidualTestKind::PositionOffset { file } => (
             format!("The residuals show that the zero of the position sensor of {channel} is another in {file}, by {size} rad."),
             "Either it was homed anew between the tables, or the load is not where position_m says, the joint gives way under it, or lengths of the robot are others. Record all \
@@ -334,29 +322,6 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         "{what} ({p}, {} times the noise of a reading, all tests counted.) {consequence} {cure}",
         significant(*in_noise, 2)
     )
-}
-
-/// A load whose mass is not as stated, and what to do about it.
-fn of_load_mass(session: &Session, load: &str, test: &ResidualTest) -> (String, String) {
-    let heavier = if test.size > 0.0 { "heavier" } else { "lighter" };
-    let by = significant(test.size.abs(), 2);
-    (
-        format!("The residuals of all joints show load {load} to be {heavier} than stated, by {by} {}.", test.unit),
-        format!(
-            "Weigh it again, or say how well it is weighed (mass_kg = {{ nominal = …, std = … }}). What is stated of another load may be wrong \
-             instead{}: intervals include that.",
-            or_stated_gain(session)
-        ),
-    )
-}
-
-/// Masses and torque gains have one scale: where a torque gain is stated, it contradicts the mass as the mass contradicts it.
-fn or_stated_gain(session: &Session) -> String {
-    let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, SensorParameter::TorqueGain));
-    let stated =
-        gains.filter(|gain| matches!(session.prior(*gain).kind, PriorKind::Gaussian { .. } | PriorKind::Fixed));
-    let stated: Vec<String> = stated.map(|gain| session.parameter_name(gain)).collect();
-    if stated.is_empty() { String::new() } else { format!(", or what is stated of {}", stated.join(", ")) }
 }
 
 /// What goes with torques, and what to do about it.

@@ -1,38 +1,45 @@
 //! Torque sensors whose largest or smallest reading is one number in several poses: they may be at the end of their range.
 //!
-//! Readings of a sensor that tells many digits never agree but there. Those of one that reads in steps do anywhere in its range, and often at its ends, as
-//! the torque of a turning joint hardly changes where it is largest.
+//! Readings of a sensor that tells many digits hardly ever agree but there. Those of one that reads in steps do anywhere in its range, and often at its
+//! ends, as the torque of a turning joint hardly changes where it is largest. Means of many samples never agree, and show nothing.
 
 use crate::session::Session;
 
 /// Fewer readings show nothing.
 const LEAST: usize = 10;
+/// Two equal readings of many digits may be chance, where torques hardly change.
+const EQUAL: usize = 3;
 /// As many times as often as any reading within: of a cosine in steps the last one is 2.4 times as frequent as the next.
 const OFTENER: usize = 4;
 
 /// One sentence for each.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
-    (0..session.joints.len()).filter_map(|joint| of_joint(session, joint)).collect()
+    (0..session.joints.len()).flat_map(|joint| of_joint(session, joint)).collect()
 }
 
-fn of_joint(session: &Session, joint: usize) -> Option<String> {
+fn of_joint(session: &Session, joint: usize) -> Vec<String> {
     let read = session.poses.iter().filter_map(|pose| Some((pose.torque.get(joint)?.as_ref()?.value, &pose.position)));
     let mut read: Vec<(f64, &Vec<f64>)> = read.collect();
     read.sort_by(|a, b| a.0.total_cmp(&b.0));
     let runs: Vec<&[(f64, &Vec<f64>)]> = read.chunk_by(|a, b| a.0 == b.0).collect();
-    let [lowest, within @ .., highest] = &runs[..] else { return None };
-    let common = within.iter().map(|run| run.len()).max().filter(|_| read.len() >= LEAST)?;
-    let fewest = if common == 1 { 2 } else { OFTENER * common + 1 };
+    let [lowest, within @ .., highest] = &runs[..] else { return Vec::new() };
+    if within.is_empty() || read.len() < LEAST {
+        return Vec::new();
+    }
+    let common = within.iter().map(|run| run.len()).fold(0, usize::max);
+    let fewest = if common == 1 { EQUAL } else { OFTENER * common + 1 };
     // Of a pose that is read again and again without noise nothing is known.
     let apart = |run: &[(f64, &Vec<f64>)]| run.iter().any(|(_, position)| *position != run[0].1);
     let clipped = |run: &&[(f64, &Vec<f64>)]| run.len() >= fewest && apart(run);
     let ends = [("smallest", "lowest", lowest), ("largest", "highest", highest)];
-    let (which, key, run) = ends.into_iter().filter(|(.., run)| clipped(run)).max_by_key(|(.., run)| run.len())?;
-    Some(format!(
-        "The {which} torque reading of {}, {}, is the same number in {} different poses: the sensor may be at the end of its range there. If so, say \
-         where that is ({key} in [readings] torque): readings there are left out then.",
-        session.robot.chain.joints()[joint].name,
-        run[0].0,
-        run.len()
-    ))
+    let told = |(which, key, run): (&str, &str, &&[(f64, &Vec<f64>)])| {
+        format!(
+            "The {which} torque reading of {}, {}, is the same number in {} different poses: the sensor may be at the end of its range there. If so, say \
+             where that is ({key} in [readings] torque): readings there are left out then.",
+            session.robot.chain.joints()[joint].name,
+            run[0].0,
+            run.len()
+        )
+    };
+    ends.into_iter().filter(|(.., run)| clipped(run)).map(told).collect()
 }

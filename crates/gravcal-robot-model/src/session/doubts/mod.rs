@@ -1,7 +1,6 @@
-//! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, loads that hang far off, gravity of
-//! another planet, positions
-//! and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are stuck or at an end of their range, and rows of an arm in motion
-//! that are taken as static poses.
+//! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, loads that hang far off, gravity of another planet,
+//! positions and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are
+//! stuck or at an end of their range, and rows of an arm in motion that are taken as static poses.
 
 mod clipped;
 mod columns;

@@ -1,0 +1,78 @@
+//! What a test says of what is stated of loads and of the robot, and what to do about it.
+
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
+use gravcal_robot_model::session::{PriorKind, Session};
+
+use crate::result::{ResidualTest, ResidualTestKind};
+
+/// What is said of the like, where one that is named widens intervals.
+pub fn of_like(kind: &ResidualTestKind) -> Option<&'static str> {
+    match kind {
+        ResidualTestKind::LoadMass { .. } => {
+            Some("The masses of other loads may be as wrong: intervals include what that would do.")
+        }
+        ResidualTestKind::JointPlacement { .. } => {
+            Some("Other lengths of the robot may be as wrong: intervals include what that would do.")
+        }
+        ResidualTestKind::JointTilt { .. } => {
+            Some("Other axes of the robot may be tilted as much: intervals include what that would do.")
+        }
+        _ => None,
+    }
+}
+
+/// What was found, and what to do; nothing of other kinds.
+pub fn of_stated(session: &Session, test: &ResidualTest) -> (String, String) {
+    let (size, unit) = (significant(test.size.abs(), 2), &test.unit);
+    match &test.kind {
+        ResidualTestKind::LoadMass { load } => {
+            let heavier = if test.size > 0.0 { "heavier" } else { "lighter" };
+            (
+                format!("The residuals of all joints show load {load} to be {heavier} than stated, by {size} {unit}."),
+                format!(
+                    "Weigh it again, or say how well it is weighed (mass_kg = {{ nominal = …, std = … }}). What is stated of another load may be \
+                     wrong instead{}.",
+                    or_stated_gain(session)
+                ),
+            )
+        }
+        ResidualTestKind::LoadPlacement { load } => (
+            format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
+            "Leave position_m away: torque gains do not need it. Or say how well it is known (position_std_m).".into(),
+        ),
+        ResidualTestKind::JointTilt { joint } => (
+            format!(
+                "The residuals of all joints show the axis of {joint} tilted by {}° against the robot's description.",
+                significant(test.size.to_degrees(), 2)
+            ),
+            "Use axes that were measured for this very arm: controllers of many arms hold them.".into(),
+        ),
+        ResidualTestKind::JointPlacement { joint } => (
+            format!(
+                "The residuals of all joints show {joint} {size} {unit} from where the robot's description has it on the link before."
+            ),
+            format!(
+                "Use lengths that were measured for this very arm (controllers of many arms hold them), or say how well they are known ([inertia] \
+                 length_std_m).{}",
+                or_stated_place(session)
+            ),
+        ),
+        _ => Default::default(),
+    }
+}
+
+/// Masses and torque gains have one scale: where a torque gain is stated, it contradicts the mass as the mass contradicts it.
+fn or_stated_gain(session: &Session) -> String {
+    let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, SensorParameter::TorqueGain));
+    let stated =
+        gains.filter(|gain| matches!(session.prior(*gain).kind, PriorKind::Gaussian { .. } | PriorKind::Fixed));
+    let stated: Vec<String> = stated.map(|gain| session.parameter_name(gain)).collect();
+    if stated.is_empty() { String::new() } else { format!(", or what is stated of {}", stated.join(", ")) }
+}
+
+/// A joint that sits elsewhere looks much like a load that does.
+fn or_stated_place(session: &Session) -> &'static str {
+    let exact = session.loads.iter().any(|load| load.position.is_some() && load.position_std.is_none());
+    if exact { " A load may be elsewhere than position_m says instead." } else { "" }
+}
