@@ -1,4 +1,4 @@
-//! A robot one of whose joints is turned on the link that it hangs on.
+//! A robot one of whose joints is turned, or sits elsewhere, on the link that it hangs on.
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -8,14 +8,25 @@ use crate::transform::Transform;
 
 impl Chain {
     /// The same chain with the joint that moves a link turned about its frame's origin: `turn` is a rotation vector in the joint's frame, rad. What hangs on
-    /// it turns with it. Nothing is known of its links' masses.
+    /// it turns with it; what is known of links stays, as it is told in their frames.
     pub fn with_joint_turned(&self, link: usize, turn: [f64; 3]) -> Chain {
         let rotation = Rotation3::new(Vector3::from(turn)).into_inner();
+        self.with_joint_placed(link, |before| before.compose(&Transform::turned(rotation)))
+    }
+
+    /// The same chain with the joint that moves a link as far aside, m, along the axes of the link that it hangs on. What hangs on it goes with it; what is
+    /// known of links stays.
+    pub fn with_joint_aside(&self, link: usize, aside: [f64; 3]) -> Chain {
+        self.with_joint_placed(link, |before| Transform::along(aside).compose(before))
+    }
+
+    fn with_joint_placed(&self, link: usize, placed: impl Fn(&Transform) -> Transform) -> Chain {
         let name = &self.movers()[link].name;
-        self.with_joints(|joint| match joint.name == *name {
-            true => Joint { before: joint.before.compose(&Transform::turned(rotation)), ..joint.clone() },
+        let changed = self.with_joints(|joint| match joint.name == *name {
+            true => Joint { before: placed(&joint.before), ..joint.clone() },
             false => joint.clone(),
-        })
+        });
+        changed.with_links_of(self)
     }
 }
 

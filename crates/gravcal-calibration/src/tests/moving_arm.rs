@@ -454,6 +454,43 @@ fn friction_that_is_no_line_over_the_speed_is_named_with_its_cure() {
     assert!(rms(&all) < 1.8, "{} {all:?}", rms(&all));
 }
 
+/// A description whose joints sit or are tilted otherwise than those of the arm that was recorded.
+#[test]
+fn a_joint_in_motion_that_is_not_as_described_is_named_and_intervals_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let right = session(folder.path(), 1, SESSION);
+    let described = |changed: Chain| {
+        let mut session = right.clone();
+        session.robot.chain = changed;
+        session
+    };
+    let chain = &right.robot.chain;
+    let joint = || chain.movers()[2].name.clone();
+    let wrong = [
+        (
+            described(chain.with_joint_aside(2, [0.004, 0.003, -0.004])),
+            ResidualTestKind::JointPlacement { joint: joint() },
+        ),
+        (described(chain.with_joint_turned(2, [0.01, 0.0, 0.0])), ResidualTestKind::JointTilt { joint: joint() }),
+    ];
+    for (session, kind) in wrong {
+        let result = estimated(&session);
+        let named = result.residual_tests.iter().any(|test| test.named && test.kind == kind && test.spoils_intervals);
+        assert!(named, "{kind:?}: {:?}", result.notes);
+        assert!(
+            !result.notes.concat().contains("length_std_m"),
+            "no session in motion may state it: {:?}",
+            result.notes
+        );
+        let all = errors(&result);
+        assert!(all.iter().all(|error| error.abs() < 4.0), "{kind:?}: {all:?}");
+    }
+    let exact = estimated(&right);
+    let spoilt = exact.residual_tests.iter().filter(|test| test.named && test.spoils_intervals).collect::<Vec<_>>();
+    assert!(spoilt.is_empty(), "{spoilt:?}");
+    assert!(exact.notes.iter().any(|note| note.contains("each joint were 1 mm")), "{:?}", exact.notes);
+}
+
 /// Of an arm in motion neither gravity alone nor gravity with friction predicts what the whole dynamics predict.
 #[test]
 fn smaller_models_predict_worse_what_no_fit_saw() {

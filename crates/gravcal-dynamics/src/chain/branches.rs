@@ -80,9 +80,7 @@ mod tests {
     use proptest::prelude::*;
 
     use crate::chain::{Attachment, Chain, Mimic};
-    use crate::joint::Joint;
     use crate::random_chain::{branched, pose, turning};
-    use crate::transform::Transform;
 
     /// A torso with two arms of two joints; the last joint of the second arm mimics its first.
     fn torso() -> Chain {
@@ -118,11 +116,7 @@ mod tests {
             let chain = &pose.chain;
             let link = link.index(chain.link_count());
             prop_assume!(chain.parent(link).is_some());
-            let name = &chain.movers()[link].name;
-            let moved = chain.with_joints(|joint| match joint.name == *name {
-                true => Joint { before: Transform::along(aside).compose(&joint.before), ..joint.clone() },
-                false => joint.clone(),
-            });
+            let moved = chain.with_joint_aside(link, aside);
             let torques = |chain: &Chain, inertia: &[f64]| {
                 let mut torques = vec![0.0; chain.joint_count()];
                 chain.gravity_torque(&pose.coordinates, pose.gravity, inertia, &mut torques);

@@ -125,6 +125,11 @@ impl Chain {
         Chain { joints, movers, links, tensors, axis_frames, ..self.clone() }
     }
 
+    /// The same with what is known of another chain's links.
+    pub(crate) fn with_links_of(self, other: &Chain) -> Chain {
+        Chain { links: other.links.clone(), tensors: other.tensors.clone(), ..self }
+    }
+
     /// Name of the base link, whose frame gravity is given in.
     pub fn base(&self) -> &str {
         &self.base

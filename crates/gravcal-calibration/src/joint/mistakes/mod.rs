@@ -1,5 +1,7 @@
-//! What a session may have got wrong: sensors that read the other way, exchanged columns, a load that was lost.
+//! What a session may have got wrong: sensors that read the other way, exchanged columns, a load that was lost, single
+//! readings that are bad.
 
+pub(super) mod bad_readings;
 pub(super) mod exchanged_axes;
 pub(super) mod hypotheses;
 pub(super) mod lost_load;

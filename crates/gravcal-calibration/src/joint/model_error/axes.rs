@@ -5,7 +5,7 @@
 //! what it does: these are small beside it.
 
 use gravcal_dynamics::Chain;
-use gravcal_estimation::in_parallel;
+use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{ReadingId, Session};
 use nalgebra::Vector3;
@@ -27,10 +27,16 @@ pub(crate) struct JointTilt {
 }
 
 impl Solved {
-    /// Those of all joints. None where the arm moves, where moments are described by sweep, and where instruments turn with joints.
-    pub(crate) fn joint_tilts(&self, session: &Session) -> Vec<JointTilt> {
-        if session.has_windows() || self.built.variables.inertia.is_empty() || !session.instruments.is_empty() {
-            return Vec::new();
+    /// Those of all joints. None where moments are described by sweep, and where instruments turn with joints.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated beside the solution.
+    pub(crate) fn joint_tilts(&self, session: &Session) -> Result<Vec<JointTilt>, EvaluateError> {
+        if self.built.variables.inertia.is_empty() || !session.instruments.is_empty() {
+            return Ok(Vec::new());
+        }
+        if session.has_windows() {
+            return self.joint_tilts_in_motion(session);
         }
         let (chain, state) = (&session.robot.chain, self.state(&State::nominal(session)));
         let torques = |chain: &Chain| {
@@ -42,12 +48,19 @@ impl Solved {
             let tilted = torques(&chain.with_joint_turned(link, (STEP * axis).into()));
             self.readings_changed(session, &straight, &tilted)
         };
+        let of = |link: usize| JointTilt { link, columns: across(chain, link).map(|axis| about(link, axis)).into() };
+        Ok(in_parallel(0..chain.link_count(), of))
+    }
+
+    fn joint_tilts_in_motion(&self, session: &Session) -> Result<Vec<JointTilt>, EvaluateError> {
+        let chain = &session.robot.chain;
         let of = |link: usize| {
-            let own = Vector3::from(chain.movers()[link].axis);
-            let across = own.cross(&Vector3::ith(own.iamin(), 1.0)).normalize();
-            JointTilt { link, columns: vec![about(link, across), about(link, own.cross(&across))] }
+            let [first, second] = across(chain, link);
+            let about = |axis: Vector3<f64>| move |turn: f64| chain.with_joint_turned(link, (turn * axis).into());
+            let columns = self.by_changes_of_chain(session, [&about(first), &about(second)])?;
+            Ok(JointTilt { link, columns })
         };
-        in_parallel(0..chain.link_count(), of)
+        in_parallel(0..chain.link_count(), of).into_iter().collect()
     }
 
     /// What another torque of a step does to the whitened residuals, by radian.
@@ -62,4 +75,11 @@ impl Solved {
         }
         column
     }
+}
+
+/// Two axes perpendicular to that of the joint which moves a link, in its frame.
+fn across(chain: &Chain, link: usize) -> [Vector3<f64>; 2] {
+    let own = Vector3::from(chain.movers()[link].axis);
+    let across = own.cross(&Vector3::ith(own.iamin(), 1.0)).normalize();
+    [across, own.cross(&across)]
 }

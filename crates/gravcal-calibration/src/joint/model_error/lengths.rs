@@ -30,6 +30,9 @@ impl Solved {
     /// # Errors
     /// Where a residual cannot be evaluated beside the solution.
     pub(crate) fn joint_placements(&self, session: &Session) -> Result<Vec<JointPlacement>, EvaluateError> {
+        if session.has_windows() {
+            return self.joint_placements_in_motion(session);
+        }
         let links = if session.length_std.is_some() { Vec::new() } else { placed_links(session, self.readings()) };
         let here = self.built.problem.residuals(&self.estimate.values)?;
         let of = |link: usize| {
@@ -38,6 +41,22 @@ impl Solved {
             Ok(JointPlacement { link, columns: self.aside((parent, &carried.collect::<Vec<_>>()), &here)? })
         };
         in_parallel(links, of).into_iter().collect()
+    }
+
+    fn joint_placements_in_motion(&self, session: &Session) -> Result<Vec<JointPlacement>, EvaluateError> {
+        let chain = &session.robot.chain;
+        let of = |link: usize| {
+            let along = |axis: usize| {
+                move |metres: f64| {
+                    chain.with_joint_aside(link, std::array::from_fn(|own| f64::from(own == axis) * metres))
+                }
+            };
+            let columns = self.by_changes_of_chain(session, [&along(0), &along(1), &along(2)])?;
+            Ok(JointPlacement { link, columns })
+        };
+        let known = !self.built.variables.inertia.is_empty();
+        let links = (0..chain.link_count()).filter(|link| known && chain.parent(*link).is_some());
+        in_parallel(links.collect::<Vec<_>>(), of).into_iter().collect()
     }
 
     /// What a metre along each axis of a link does; `carried`: the mass that is moved, by row, kg.

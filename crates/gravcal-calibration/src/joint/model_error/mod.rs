@@ -4,6 +4,7 @@ pub(super) mod at_rest;
 pub(super) mod axes;
 pub(super) mod bending;
 pub(super) mod block_correlation;
+mod changed_chain;
 mod contradicted_description;
 pub(super) mod contradicted_priors;
 mod farthest_from_earlier;

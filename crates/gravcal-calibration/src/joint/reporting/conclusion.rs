@@ -4,7 +4,8 @@ use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
-use crate::joint::mistakes::hypotheses::find_mistake;
+use crate::joint::mistakes::bad_readings::bad_readings;
+use crate::joint::mistakes::hypotheses::{Mistake, find_mistake};
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::verdict::Findings;
@@ -73,6 +74,17 @@ impl Answer {
         if let Some(mistake) = find_mistake(session, &self.solved, doubtful, environment)? {
             self.forget_mirrored(session, &mut findings);
             findings.fail_first(mistake);
+        } else if let Some(bad) = self.bad_readings(session, environment)? {
+            match self.contradicted_noise(session)? {
+                Some(contradicted) => {
+                    findings.forget(&[contradicted.advice]);
+                    findings.fail_first(bad);
+                }
+                None => {
+                    findings.doubt();
+                    findings.reason_first([format!("Of the readings, {}. {}", bad.what, bad.advice)]);
+                }
+            }
         } else if self.contradiction(session)?.is_some() || noisy || excused {
             findings.reason_first(session.stuck_positions_remark());
         }
@@ -81,6 +93,18 @@ impl Answer {
             findings.reason_first([STOPPED.to_owned()]);
         }
         Ok(findings)
+    }
+
+    /// Single readings that contradict all others, where the readings contradict the model.
+    fn bad_readings(
+        &self,
+        session: &Session,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Option<Mistake>, EstimateError> {
+        match self.misfit.is_some() && self.solved.estimate.termination.converged() {
+            true => bad_readings(session, &self.solved, environment),
+            false => Ok(None),
+        }
     }
 }
 

@@ -104,7 +104,7 @@ pub struct Columns<'a> {
     turned_gravity: [Vec<f64>; 2],
     /// What is stated of each load.
     loads: Vec<StatedLoad>,
-    /// Of joints beyond which known masses hang, where lengths are exact.
+    /// Of joints beyond which known masses hang, where lengths are exact; of all in motion.
     placements: Vec<JointPlacement>,
     /// By link that a joint moves; empty where that is not known.
     tilts: Vec<JointTilt>,
@@ -159,7 +159,7 @@ impl<'a> Columns<'a> {
             turned_gravity: Default::default(),
             loads: stated_loads(session, solved, rows)?,
             placements: solved.joint_placements(session)?,
-            tilts: solved.joint_tilts(session),
+            tilts: solved.joint_tilts(session)?,
             torques,
             predicted: PredictedTorques::new(session, solved)?,
             times,

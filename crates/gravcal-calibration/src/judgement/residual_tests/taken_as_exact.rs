@@ -1,6 +1,6 @@
 //! What hangs on that which the session takes as exact.
 //!
-//! Lengths of the robot, places of loads, the stiffness of joints: what is wrong of them passes for gains and offsets, so that residuals need not show it.
+//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
 use gravcal_estimation::statistics::{StatisticsError, moved_by};
@@ -13,17 +13,22 @@ use crate::joint::is_stiffness_unsaid;
 
 /// How far joints and loads are from where nobody has measured, m.
 const ASIDE: f64 = 1e-3;
+/// By how much axes are tilted where nobody has measured, rad.
+const TILTED: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how much a joint bends under the largest torque that it carries, rad.
 const BENDS: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how many of its standard deviations that must move a number to be worth a remark.
 const REMARKABLE: f64 = 2.0;
 
+/// What to do where no session can say how well it is known.
+const MEASURE: &str = "use what was measured of this very arm";
+
 /// Something that is taken as exact.
 struct Exact {
     /// If it were as wrong as is usual.
     wrong: String,
-    /// Where to say how well it is known.
-    key: &'static str,
+    /// What to do about it.
+    cure: &'static str,
     /// What that does to the whitened residuals.
     columns: Vec<Vec<f64>>,
 }
@@ -32,18 +37,18 @@ impl Search<'_> {
     /// Says which number hangs most on each of them, where it hangs on it much.
     pub fn taken_as_exact(&self) -> Result<Option<String>, StatisticsError> {
         let mut hang = Vec::new();
-        for exact in [self.lengths(), self.places_of_loads(), self.stiffness()] {
+        for exact in [self.lengths(), self.axes(), self.places_of_loads(), self.stiffness()] {
             if let Some((name, times)) = self.moved_most(&exact.columns)? {
                 let times = significant(times, 2);
                 hang.push(format!(
                     "{}, {name} would be off by {times} of its standard deviations ({})",
-                    exact.wrong, exact.key
+                    exact.wrong, exact.cure
                 ));
             }
         }
         Ok((!hang.is_empty()).then(|| {
             format!(
-                "Some things are taken as exact, and residuals need not show that they are not. If {}. Say how well they are known, and intervals include it.",
+                "Some things are taken as exact, and residuals need not show that they are not. If {}. Intervals include only what is stated.",
                 hang.join("; if ")
             )
         }))
@@ -55,27 +60,30 @@ impl Search<'_> {
                 "each joint were {} mm, along each axis, from where the robot's description has it",
                 1e3 * ASIDE
             ),
-            key: "[inertia] length_std_m",
-            columns: self.all_aside(|term| matches!(term, Term::JointPlacement(_))),
+            cure: if self.session.has_windows() { MEASURE } else { "state [inertia] length_std_m" },
+            columns: self.all_aside(|term| matches!(term, Term::JointPlacement(_)), ASIDE),
+        }
+    }
+
+    fn axes(&self) -> Exact {
+        Exact {
+            wrong: format!("each axis were tilted by {}°, about two axes", significant(TILTED.to_degrees(), 1)),
+            cure: MEASURE,
+            columns: self.all_aside(|term| matches!(term, Term::JointTilt(_)), TILTED),
         }
     }
 
     fn places_of_loads(&self) -> Exact {
         Exact {
             wrong: format!("each load were {} mm, along each axis, from where position_m says", 1e3 * ASIDE),
-            key: "position_std_m of the load",
-            columns: self.all_aside(|term| matches!(term, Term::LoadPlacement(_))),
+            cure: "state position_std_m of the load",
+            columns: self.all_aside(|term| matches!(term, Term::LoadPlacement(_)), ASIDE),
         }
     }
 
-    /// All that is stated of one kind of place.
-    fn all_aside(&self, of_kind: impl Fn(&Term) -> bool) -> Vec<Vec<f64>> {
-        self.columns
-            .terms_of_arm()
-            .iter()
-            .filter(|term| of_kind(term))
-            .flat_map(|term| self.aside(term, ASIDE))
-            .collect()
+    /// All that is stated of one kind, as far off.
+    fn all_aside(&self, of_kind: impl Fn(&Term) -> bool, off: f64) -> Vec<Vec<f64>> {
+        self.columns.terms_of_arm().iter().filter(|term| of_kind(term)).flat_map(|term| self.aside(term, off)).collect()
     }
 
     /// Of joints of which nothing says how they bend.
@@ -84,7 +92,7 @@ impl Search<'_> {
         let joints = (0..self.session.joints.len()).filter(may_bend);
         Exact {
             wrong: format!("each joint bent by {}° under its largest torque", significant(BENDS.to_degrees(), 1)),
-            key: "[deflection] compliance_std_rad_per_newton_metre",
+            cure: "state [deflection] compliance_std_rad_per_newton_metre",
             columns: joints.flat_map(|joint| self.columns.bent(joint, BENDS)).collect(),
         }
     }

@@ -53,8 +53,8 @@ pub fn of_stated(session: &Session, test: &ResidualTest) -> (String, String) {
                 "The residuals of all joints show {joint} {size} {unit} from where the robot's description has it on the link before."
             ),
             format!(
-                "Use lengths that were measured for this very arm (controllers of many arms hold them), or say how well they are known ([inertia] \
-                 length_std_m).{}",
+                "Use lengths that were measured for this very arm: controllers of many arms hold them.{}{}",
+                or_length_std(session),
                 or_stated_place(session)
             ),
         ),
@@ -69,6 +69,11 @@ fn or_stated_gain(session: &Session) -> String {
         gains.filter(|gain| matches!(session.prior(*gain).kind, PriorKind::Gaussian { .. } | PriorKind::Fixed));
     let stated: Vec<String> = stated.map(|gain| session.parameter_name(gain)).collect();
     if stated.is_empty() { String::new() } else { format!(", or what is stated of {}", stated.join(", ")) }
+}
+
+/// Lengths may be unknowns of an arm at rest.
+fn or_length_std(session: &Session) -> &'static str {
+    if session.has_windows() { "" } else { " Or say how well they are known ([inertia] length_std_m)." }
 }
 
 /// A joint that sits elsewhere looks much like a load that does.

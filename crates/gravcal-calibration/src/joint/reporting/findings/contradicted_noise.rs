@@ -24,7 +24,10 @@ impl Answer {
     }
 
     /// The same as a finding.
-    pub(super) fn contradicted_noise(&self, session: &Session) -> Result<Option<Mistake>, EstimateError> {
+    pub(in crate::joint::reporting) fn contradicted_noise(
+        &self,
+        session: &Session,
+    ) -> Result<Option<Mistake>, EstimateError> {
         let Some(misfit) = self.contradiction(session)? else { return Ok(None) };
         Ok(Some(Mistake {
             what: format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise"),
