@@ -13,6 +13,7 @@ mod positions;
 mod residual_tests;
 mod residuals;
 mod sensor_models;
+mod taken_as_exact;
 mod uncertainty;
 
 use std::fmt;
@@ -33,6 +34,7 @@ pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residual_tests::{ResidualTest, ResidualTestKind};
 pub use residuals::{ReadingResidual, TorqueParts};
 pub use sensor_models::{SensorModelTest, TestAgainstZero, TestKind};
+pub use taken_as_exact::TakenAsExact;
 pub use uncertainty::{CorrelatedBlocks, JackknifeResult, NoiseSource, UncertaintyResult};
 
 /// One estimator's answer.
@@ -66,6 +68,9 @@ pub struct EstimatorResult {
     /// Tests on residuals, what they name first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub residual_tests: Vec<ResidualTest>,
+    /// What the session takes as exact and numbers hang on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub taken_as_exact: Vec<TakenAsExact>,
     /// What the data do not determine.
     pub undetermined: Vec<Undetermined>,
     /// Constraints of the session on which the estimate leans.
@@ -117,6 +122,7 @@ impl EstimatorResult {
             position_errors: Vec::new(),
             sensor_models: Vec::new(),
             residual_tests: Vec::new(),
+            taken_as_exact: Vec::new(),
             undetermined: Vec::new(),
             active_constraints: Vec::new(),
             weak: Vec::new(),

@@ -80,7 +80,9 @@ What a session is:
   readings while the robot stands still. Paths in a session are relative to it.
 
 From a robot to its calibration:
-  1. Write session.toml and record a few poses.
+  1. Record a few poses.
+     gravcal inspect recording.csv --session session.toml
+     tells what is in a recording, and draws up a session of it to complete.
   2. gravcal check session.toml
      tells what these poses can and cannot determine, and what would cure it.
   3. Record the rest.

@@ -74,15 +74,24 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
         level: Level::Good,
         headline: "Determined: these numbers can be used",
         why: format!("Everything asked for is determined, and {explained}.{}", counted_less(result)),
-        steps: vec![
-            "Look once at the residuals (report.html): they should be a band without a shape.".into(),
-            match formats(result) {
-                TABLE => format!("gravcal export {file} --to {TABLE} makes a table of all that the sensors have."),
-                others => format!("gravcal export {file} --to {others} gives the numbers to the driver."),
-            },
-            "Keep calibration.json: gravcal compare tells next week which sensor has moved.".into(),
-        ],
+        steps: hangs_most_on(result)
+            .into_iter()
+            .chain([
+                "Look once at the residuals (report.html): they should be a band without a shape.".into(),
+                match formats(result) {
+                    TABLE => format!("gravcal export {file} --to {TABLE} makes a table of all that the sensors have."),
+                    others => format!("gravcal export {file} --to {others} gives the numbers to the driver."),
+                },
+                "Keep calibration.json: gravcal compare tells next week which sensor has moved.".into(),
+            ])
+            .collect(),
     }
+}
+
+/// Of what the session takes as exact that on which a number hangs most.
+fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
+    let most = result.taken_as_exact.iter().max_by(|a, b| a.off_in_std.total_cmp(&b.off_in_std))?;
+    Some(format!("Intervals hold if what the session takes as exact is exact. If {most}."))
 }
 
 /// The format of sensors that no driver's formula holds.
@@ -268,6 +277,8 @@ pub(crate) fn capital(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use gravcal_calibration::result::TakenAsExact;
+
     use super::*;
     use crate::testing::{determined, result};
 
@@ -297,6 +308,25 @@ mod tests {
         assert!(partly.why.contains("Besides, the readings are explained 1.7 times worse"), "{partly:?}");
         let shape = with(vec![Concern::ResidualShape { tests: vec!["joint1 (trend)".into()] }]);
         assert!(Advice::of(&shape, FILE).why.contains("what the model lacks: joint1 (trend)"));
+    }
+
+    /// What intervals hang on most is told beside numbers that can be used, and no other way of being wrong.
+    #[test]
+    fn what_is_taken_as_exact_is_told_first() {
+        let exact = |parameter: &str, off_in_std: f64| TakenAsExact {
+            wrong: "each joint were 1 mm aside".into(),
+            parameter: parameter.into(),
+            off_in_std,
+            cure: "state it".into(),
+        };
+        let taken_as_exact = vec![exact("a.torque_gain", 3.0), exact("b.torque_gain", 18.2)];
+        let advice = Advice::of(&EstimatorResult { taken_as_exact, ..with(Vec::new()) }, FILE);
+        assert_eq!(
+            advice.steps[0],
+            "Intervals hold if what the session takes as exact is exact. If each joint were 1 mm aside, b.torque_gain would be off by 18 of its \
+             standard deviations (state it)."
+        );
+        assert!(!advice.steps.concat().contains("a.torque_gain"));
     }
 
     #[test]

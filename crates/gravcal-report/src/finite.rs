@@ -7,7 +7,7 @@ use gravcal_calibration::result::{
     ActiveConstraint, Concern, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, FixedBlock,
     GravityResult, HeldOut, Iteration, JointFit, LinkInertiaResult, LossResult, MomentResult, NoiseSource, Outlier,
     ParameterResult, PayloadNumber, PayloadResult, PositionErrorResult, ResidualTest, SensorModelTest, SmallerModel,
-    TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
+    TakenAsExact, TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -48,6 +48,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         position_errors,
         sensor_models,
         residual_tests,
+        taken_as_exact,
         undetermined: _,
         active_constraints,
         weak,
@@ -71,6 +72,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(position_errors.iter().flat_map(of_position_error));
     let inside = inside.chain(sensor_models.iter().flat_map(of_model_test));
     let inside = inside.chain(residual_tests.iter().flat_map(of_residual_test));
+    let inside = inside.chain(taken_as_exact.iter().flat_map(of_exact));
     let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
     let inside = inside.chain(weak.iter().flat_map(of_weak));
     let inside = inside.chain(held.iter().flat_map(of_held));
@@ -92,6 +94,11 @@ fn of_gravity(gravity: &GravityResult) -> Vec<Number> {
     numbers.extend(each("interval of gravity", ci95_m_per_s2.as_flattened()));
     numbers.extend(each("cone of gravity", [cone95_deg]));
     numbers
+}
+
+fn of_exact(exact: &TakenAsExact) -> Vec<Number> {
+    let TakenAsExact { wrong: _, parameter, off_in_std, cure: _ } = exact;
+    each(&format!("{parameter} if what is taken as exact is not"), [off_in_std])
 }
 
 fn of_concern(concern: &Concern) -> Vec<Number> {

@@ -118,12 +118,12 @@ pub(super) fn answer(
     let judgement = solved.judge_for_report(session);
     environment.report("judging residuals");
     // What readings determine they determine; a term that the model lacks widens its interval.
-    let ResidualTests { tests, moved, on_exact } =
+    let ResidualTests { tests, moved, taken_as_exact } =
         residual_tests(session, &solved, (&origin, pose_errors.is_some()), wanted)?;
     let moved = [moved, solved.moved_by_friction_of_load(session)].concat();
     let solved = solved.widened_by_missing_terms(&moved);
     let answer = Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))?;
-    Ok(Answer { on_exact, ..answer })
+    Ok(Answer { taken_as_exact, ..answer })
 }
 
 /// The answer, and what it is worth.

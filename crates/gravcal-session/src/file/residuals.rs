@@ -21,7 +21,7 @@ use crate::sensor_models::{ParameterInFile, check_options};
 #[derive(Debug, Deserialize)]
 #[serde(expecting = "a table")]
 pub(super) struct ResidualTable {
-    /// The model, one of those that the program knows: `gravcal --help` lists them.
+    /// The model, one of those that a program adds to gravcal, which has none of its own: `--help` of that program lists them.
     ///
     /// Example: `kind = "dial-gauge"`
     kind: String,

@@ -88,13 +88,14 @@ impl Solved {
     }
 
     /// Root mean square of the residuals of all torque readings over that of gravity's torque in them, both in N·m (N where a joint slides);
-    /// nothing where no torque is read.
-    pub(in crate::joint) fn residual_beside_gravity(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
+    /// nothing where no torque is read. `gain`: of each joint's torque sensor; that of one which the readings leave open may be next to nothing, and is not
+    /// for its estimate to tell.
+    pub(in crate::joint) fn residual_beside_gravity(
+        &self,
+        session: &Session,
+        gain: impl Fn(usize) -> f64,
+    ) -> Result<Option<f64>, EvaluateError> {
         let residuals = self.built.problem.residuals(&self.estimate.values)?;
-        let gain = |joint: usize| {
-            let block = self.built.variables.block(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
-            self.estimate.values.scalar(block)
-        };
         let rows = self.built.rows.iter().zip(self.gravity_readings(session)?).zip(residuals);
         let (mut left, mut gravity) = (0.0, 0.0);
         for ((id, reading), residual) in rows.filter(|((id, _), _)| id.channel < session.joints.len()) {

@@ -7,7 +7,7 @@ use crate::joint::model_error::pose_errors::PoseErrors;
 use crate::joint::reporting::payloads::payloads;
 use crate::joint::solved::Solved;
 use crate::judgement::{Asked, Judgement};
-use crate::result::{GravityResult, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult};
+use crate::result::{GravityResult, ParameterResult, ResidualTest, TakenAsExact, UncertaintyResult, UnexplainedResult};
 
 /// The solution, judged.
 pub(in crate::joint) struct Answer {
@@ -24,7 +24,7 @@ pub(in crate::joint) struct Answer {
     /// What errs from pose to pose.
     pub pose_errors: Option<PoseErrors>,
     /// What hangs on that which the session takes as exact.
-    pub on_exact: Option<String>,
+    pub taken_as_exact: Vec<TakenAsExact>,
     /// Errors of each channel beyond its noise.
     pub unexplained: Vec<Option<UnexplainedResult>>,
 }
@@ -47,7 +47,7 @@ impl Answer {
             judgement,
             misfit,
             pose_errors,
-            on_exact: None,
+            taken_as_exact: Vec::new(),
             solved,
         })
     }

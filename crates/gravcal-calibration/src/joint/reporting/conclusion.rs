@@ -63,7 +63,7 @@ impl Answer {
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.lengths_found(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.on_exact.iter().for_each(|remark| findings.remark(remark.clone()));
+        self.remark_on_exact().into_iter().for_each(|remark| findings.remark(remark));
         self.remark_on_contradictions(session, &mut findings)?;
         self.remark_on_unexplained(session, &mut findings)?;
         let noisy = self.remark_on_noise_found(session, &mut findings)?;
@@ -93,6 +93,17 @@ impl Answer {
             findings.reason_first([STOPPED.to_owned()]);
         }
         Ok(findings)
+    }
+
+    /// What hangs on that which the session takes as exact.
+    fn remark_on_exact(&self) -> Option<String> {
+        let taken: Vec<String> = self.taken_as_exact.iter().map(ToString::to_string).collect();
+        (!taken.is_empty()).then(|| {
+            format!(
+                "Some things are taken as exact, and residuals need not show that they are not. If {}. Intervals include only what is stated.",
+                taken.join("; if ")
+            )
+        })
     }
 
     /// Single readings that contradict all others, where the readings contradict the model.

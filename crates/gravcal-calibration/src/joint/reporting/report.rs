@@ -73,7 +73,7 @@ fn report_model_tests(
 
 /// The same with the solution's numbers, how well they are known, and how it was found.
 fn with_solution(session: &Session, answer: &Answer, blank: EstimatorResult) -> Result<EstimatorResult, EvaluateError> {
-    let Answer { solved, judgement, uncertainty, gravity, parameters, residual_tests, .. } = answer;
+    let Answer { solved, judgement, uncertainty, gravity, parameters, residual_tests, taken_as_exact, .. } = answer;
     let moments = report_moments(session, solved, judgement);
     Ok(EstimatorResult {
         iterations: solved.estimate.iterations.len().saturating_sub(1),
@@ -85,6 +85,7 @@ fn with_solution(session: &Session, answer: &Answer, blank: EstimatorResult) -> 
         gravity: gravity.clone(),
         parameters: parameters.clone(),
         residual_tests: residual_tests.clone(),
+        taken_as_exact: taken_as_exact.clone(),
         active_constraints: constraints::report(&solved.built.problem, &solved.estimate.active),
         weak: weak_combinations(solved),
         held: held(solved),
@@ -108,6 +109,7 @@ fn withdraw_all_but_parameters(result: &mut EstimatorResult) {
     result.deflections.clear();
     result.position_errors.clear();
     result.sensor_models.clear();
+    result.taken_as_exact.clear();
     result.detail.iterates.clear();
     result.uncertainty = None;
 }

@@ -9,7 +9,7 @@ use super::neighbours::Neighbours;
 use super::rows::Rows;
 use super::search::Search;
 use crate::joint::{Order, Solved};
-use crate::result::{ResidualTest, UncertaintyResult};
+use crate::result::{ResidualTest, TakenAsExact, UncertaintyResult};
 
 /// Entries of the Jacobian beyond which it is not made a second time.
 const MOST_ENTRIES: usize = 100_000_000;
@@ -28,7 +28,7 @@ pub(crate) struct ResidualTests {
     /// By how much each column of the problem that is judged would be another with each of the terms that are named and spoil intervals.
     pub moved: Vec<Vec<f64>>,
     /// What hangs on that which the session takes as exact.
-    pub on_exact: Option<String>,
+    pub taken_as_exact: Vec<TakenAsExact>,
 }
 
 /// Which tests on residuals are wanted.
@@ -88,6 +88,6 @@ pub(crate) fn residual_tests(
         return Ok(ResidualTests::default());
     }
     let (tests, missing) = search.all(maker, rows, neighbours, &candidates)?;
-    let on_exact = if wanted == TestsWanted::All { search.taken_as_exact()? } else { None };
-    Ok(ResidualTests { tests, moved: moved_by(&search.solution, &missing)?, on_exact })
+    let taken_as_exact = if wanted == TestsWanted::All { search.taken_as_exact()? } else { Vec::new() };
+    Ok(ResidualTests { tests, moved: moved_by(&search.solution, &missing)?, taken_as_exact })
 }

@@ -10,6 +10,7 @@ use gravcal_robot_model::parameter::ParameterId;
 use super::columns::Term;
 use super::search::Search;
 use crate::joint::is_stiffness_unsaid;
+use crate::result::TakenAsExact;
 
 /// How far joints and loads are from where nobody has measured, m.
 const ASIDE: f64 = 1e-3;
@@ -34,24 +35,15 @@ struct Exact {
 }
 
 impl Search<'_> {
-    /// Says which number hangs most on each of them, where it hangs on it much.
-    pub fn taken_as_exact(&self) -> Result<Option<String>, StatisticsError> {
-        let mut hang = Vec::new();
-        for exact in [self.lengths(), self.axes(), self.places_of_loads(), self.stiffness()] {
-            if let Some((name, times)) = self.moved_most(&exact.columns)? {
-                let times = significant(times, 2);
-                hang.push(format!(
-                    "{}, {name} would be off by {times} of its standard deviations ({})",
-                    exact.wrong, exact.cure
-                ));
+    /// Which number hangs most on each of them, where it hangs on it much.
+    pub fn taken_as_exact(&self) -> Result<Vec<TakenAsExact>, StatisticsError> {
+        let mut taken = Vec::new();
+        for Exact { wrong, cure, columns } in [self.lengths(), self.axes(), self.places_of_loads(), self.stiffness()] {
+            if let Some((parameter, off_in_std)) = self.moved_most(&columns)? {
+                taken.push(TakenAsExact { wrong, parameter, off_in_std, cure: cure.to_owned() });
             }
         }
-        Ok((!hang.is_empty()).then(|| {
-            format!(
-                "Some things are taken as exact, and residuals need not show that they are not. If {}. Intervals include only what is stated.",
-                hang.join("; if ")
-            )
-        }))
+        Ok(taken)
     }
 
     fn lengths(&self) -> Exact {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
 use crate::joint::mistakes::hypotheses::Mistake;
@@ -89,6 +90,15 @@ impl Answer {
         Ok(())
     }
 
+    /// The gain of a torque sensor; the nominal one where the readings leave it open.
+    fn gain_or_nominal(&self, session: &Session, joint: usize) -> f64 {
+        let id = ParameterId::Sensor(joint, SensorParameter::TorqueGain);
+        match self.judgement.determines(id) {
+            true => self.solved.estimate.values.scalar(self.solved.built.variables.block(id)),
+            false => session.prior(id).nominal,
+        }
+    }
+
     /// Names the poses in which the errors are, where these are few.
     fn few_poses(&self, session: &Session) -> Result<Option<String>, EvaluateError> {
         let solved = &self.solved;
@@ -141,7 +151,8 @@ impl Answer {
             return Ok(false);
         }
         let large = listed(large);
-        if self.solved.residual_beside_gravity(session)?.is_some_and(|share| share > NOTHING_EXPLAINED) {
+        let gain = |joint: usize| self.gain_or_nominal(session, joint);
+        if self.solved.residual_beside_gravity(session, gain)?.is_some_and(|share| share > NOTHING_EXPLAINED) {
             findings.fail(Mistake {
                 what: format!("the torques of gravity are smaller than what they leave unexplained: {large}"),
                 advice: "Residuals so large are no noise. What to look at: whether the arm stood in each pose (rows of an arm in motion are no static \
@@ -180,6 +191,7 @@ mod tests {
     use super::*;
     use crate::joint::reporting::findings::testing::{answer, found};
     use crate::joint::{Solved, State, build_problem};
+    use crate::judgement::Asked;
     use crate::testing::sarcos_shoulder;
 
     fn errors(estimated: bool, share: f64) -> Option<UnexplainedResult> {
@@ -226,6 +238,17 @@ mod tests {
             let (_, many) = advice(poses);
             assert!(!many.contains("few poses"), "{many}");
         }
+    }
+
+    #[test]
+    fn a_gain_that_is_open_counts_as_the_nominal_one() {
+        let session = sarcos_shoulder().session(0);
+        let mut answer = answer(&session);
+        let id = ParameterId::Sensor(1, SensorParameter::TorqueGain);
+        let nominal = session.prior(id).nominal;
+        assert!(answer.gain_or_nominal(&session, 1) != nominal);
+        answer.judgement.leave_unsaid([Asked::from(id)]);
+        assert_eq!(answer.gain_or_nominal(&session, 1), nominal);
     }
 
     #[test]
