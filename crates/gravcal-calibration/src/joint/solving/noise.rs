@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use gravcal_estimation::EvaluateError;
+use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_identification::{ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
@@ -19,6 +19,14 @@ impl Solved {
     /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
     pub(in crate::joint) fn median_noise(&self, session: &Session, rows: &[RowResidual]) -> Vec<f64> {
         self.or_as_before(noise_by_median(&self.reading_residuals(session, rows), self.readings().noise.len()))
+    }
+
+    /// The noise that residuals show: under a loss outliers tell nothing of it.
+    pub(in crate::joint) fn noise_shown(&self, session: &Session, loss: Loss, rows: &[RowResidual]) -> Vec<f64> {
+        match loss {
+            Loss::None => self.residual_noise(session, rows),
+            _ => self.median_noise(session, rows),
+        }
     }
 
     fn or_as_before(&self, found: Vec<Option<f64>>) -> Vec<f64> {

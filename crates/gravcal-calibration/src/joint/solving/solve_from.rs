@@ -32,6 +32,8 @@ const STEADY: f64 = 0.1;
 const BENDING_ROUNDS: usize = 3;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
+/// A solve that was given up as no noise of that size explains its residuals goes on with the noise that they show, so many times at most.
+const FURTHER_ROUNDS: usize = 3;
 
 /// Solves for everything from one start: noise that no reading states, what friction leaves at rest, and how far joints bend, are found on the
 /// way.
@@ -105,10 +107,7 @@ fn solve_with_noise(
         let (problem, estimate) = fit_in_rounds(&problem, 1, &environment.within(NOISE_ITERATIONS))?;
         let solved = Solved::judged(problem, estimate)?;
         let rows = solved.row_residuals()?;
-        let noise = match loss {
-            Loss::None => solved.residual_noise(session, &rows),
-            _ => solved.median_noise(session, &rows),
-        };
+        let noise = solved.noise_shown(session, loss, &rows);
         let unexplained = solved.unexplained(session, &rows);
         let changes = noise.iter().zip(&readings.noise).map(|(new, old)| (new / old - 1.0).abs());
         let changed = changes.fold(0.0, f64::max);
@@ -123,7 +122,30 @@ fn solve_with_noise(
     }
     readings.loss = loss;
     environment.report("all unknowns together");
-    solve_built(built(&readings, &start)?.resting_at_start(), environment)
+    let solved = solve_built(built(&readings, &start)?.resting_at_start(), environment)?;
+    if rough { Ok(solved) } else { with_larger_noise(session, solved, (readings, start), environment) }
+}
+
+/// Goes on where a solve was given up, as no noise of the size that was found explains its residuals, with the noise that they show.
+fn with_larger_noise(
+    session: &Session,
+    solved: Solved,
+    (mut readings, mut start): (MeasurementSet, State),
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let mut solved = solved;
+    for _ in 0..FURTHER_ROUNDS {
+        if !matches!(solved.estimate.termination, Termination::IterationLimit { limit } if limit < ITERATIONS) {
+            break;
+        }
+        let rows = solved.row_residuals()?;
+        readings.noise = solved.noise_shown(session, readings.loss, &rows);
+        readings.unexplained = solved.unexplained(session, &rows);
+        start = solved.built.variables.state(&solved.estimate.values, &start);
+        let problem = build_with_constraints(session, &readings, &start)?.resting_at_start();
+        solved = solve_built(problem, environment)?;
+    }
+    Ok(solved)
 }
 
 /// Solves a problem as it is built, and judges the solution.
