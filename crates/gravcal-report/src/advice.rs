@@ -91,7 +91,7 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
 /// Of what the session takes as exact that on which a number hangs most.
 fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
     let most = result.taken_as_exact.iter().max_by(|a, b| a.off_in_std.total_cmp(&b.off_in_std))?;
-    Some(format!("Intervals hold if what the session takes as exact is exact. If {most}."))
+    Some(format!("Ask what the intervals hang on. If {most}."))
 }
 
 /// The format of sensors that no driver's formula holds.
@@ -323,8 +323,7 @@ mod tests {
         let advice = Advice::of(&EstimatorResult { taken_as_exact, ..with(Vec::new()) }, FILE);
         assert_eq!(
             advice.steps[0],
-            "Intervals hold if what the session takes as exact is exact. If each joint were 1 mm aside, b.torque_gain would be off by 18 of its \
-             standard deviations (state it)."
+            "Ask what the intervals hang on. If each joint were 1 mm aside, b.torque_gain would be off by 18 of its standard deviations (state it)."
         );
         assert!(!advice.steps.concat().contains("a.torque_gain"));
     }

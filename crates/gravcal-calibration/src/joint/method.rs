@@ -119,7 +119,7 @@ pub(super) fn answer(
     environment.report("judging residuals");
     // What readings determine they determine; a term that the model lacks widens its interval.
     let ResidualTests { tests, moved, taken_as_exact } =
-        residual_tests(session, &solved, (&origin, pose_errors.is_some()), wanted)?;
+        residual_tests(session, &solved, &judgement, (&origin, pose_errors.is_some()), wanted)?;
     let moved = [moved, solved.moved_by_friction_of_load(session)].concat();
     let solved = solved.widened_by_missing_terms(&moved);
     let answer = Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))?;

@@ -25,13 +25,16 @@ impl Solved {
         changed: [&dyn Fn(f64) -> Chain; N],
     ) -> Result<Vec<Vec<f64>>, EvaluateError> {
         let (state, mut other) = (self.state(&State::nominal(session)), session.clone());
-        let here = self.built.problem.residuals(&self.estimate.values)?;
+        let mut residuals = |chain: Chain| {
+            other.robot.chain = chain;
+            // It was built before, of the chain as it is described.
+            let built =
+                build_problem(&other, self.readings(), &state).map_err(|error| EvaluateError(error.to_string()))?;
+            built.problem.residuals(&self.estimate.values)
+        };
+        let here = residuals(session.robot.chain.clone())?;
         let column = |chain: &dyn Fn(f64) -> Chain| {
-            other.robot.chain = chain(STEP);
-            // It was built before, of another chain.
-            let built = build_problem(&other, self.readings(), &state);
-            let there =
-                built.map_err(|error| EvaluateError(error.to_string()))?.problem.residuals(&self.estimate.values)?;
+            let there = residuals(chain(STEP))?;
             let readings = here.iter().zip(there).take(self.built.rows.len());
             let mut column: Vec<f64> = readings.map(|(here, there)| (there - here) / STEP).collect();
             column.resize(self.judged_problem().rows(), 0.0);

@@ -82,7 +82,7 @@ impl Answer {
                 }
                 None => {
                     findings.doubt();
-                    findings.reason_first([format!("Of the readings, {}. {}", bad.what, bad.advice)]);
+                    findings.reason_first([format!("{}. {}", bad.what, bad.advice)]);
                 }
             }
         } else if self.contradiction(session)?.is_some() || noisy || excused {

@@ -58,16 +58,19 @@ fn load_mass_note(session: &Session) -> Option<String> {
 /// Strength of gravity where nobody looked it up, m/s².
 const STANDARD: [f64; 4] = [9.8, 9.80665, 9.807, 9.81];
 
+/// Masses of links that are known no better hide what the strength of gravity is off.
+const KNOWN: f64 = 0.01;
+
 /// What torque gains take over from the strength of gravity, where known masses tell them.
 fn strength_note(session: &Session) -> Option<String> {
     let gravity = &session.gravity;
     let guessed = gravity.magnitude_std.is_none() && STANDARD.contains(&gravity.magnitude);
     let open = session.joints.iter().any(|joint| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat);
-    let known =
-        session.loads.iter().any(|load| !load.is_unknown()) || matches!(session.inertia, InertiaPrior::Model { .. });
+    let known = session.loads.iter().any(|load| !load.is_unknown())
+        || matches!(&session.inertia, InertiaPrior::Model { relative_std } if relative_std.iter().any(|std| std.is_none_or(|std| std < KNOWN)));
     (guessed && open && known).then(|| {
         format!(
-            "The strength of gravity is taken as exactly {} m/s². On earth it lies between 9.764 and 9.834, and torque gains are off by the same share. Say \
+            "The strength of gravity is taken as exactly {} m/s². On earth it lies between 9.764 and 9.834, and an error of 0.1 % in it is one of 0.1 % in all torque gains. Say \
              latitude_deg and altitude_m instead of magnitude_m_per_s2, or add magnitude_std_m_per_s2.",
             gravity.magnitude
         )
@@ -119,9 +122,12 @@ mod tests {
         assert!(!with(&|other| other.gravity.magnitude_std = Some(0.01)));
         let unknown = |other: &mut Session| other.loads.iter_mut().for_each(|load| load.mass = f64::NAN);
         assert!(!with(&unknown));
-        assert!(with(&|other| {
-            unknown(other);
-            other.inertia = InertiaPrior::Model { relative_std: vec![Some(0.1); 3] };
-        }));
+        let links = |relative_std: Option<f64>| {
+            with(&|other| {
+                unknown(other);
+                other.inertia = InertiaPrior::Model { relative_std: vec![relative_std; 3] };
+            })
+        };
+        assert_eq!([None, Some(0.005), Some(0.1)].map(links), [true, true, false]);
     }
 }

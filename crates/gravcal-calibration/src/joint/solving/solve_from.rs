@@ -32,7 +32,7 @@ const STEADY: f64 = 0.1;
 const BENDING_ROUNDS: usize = 3;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
-/// A solve that was given up as no noise of that size explains its residuals goes on with the noise that they show, so many times at most.
+/// How often, at most, noise is looked for anew where a solve was given up.
 const FURTHER_ROUNDS: usize = 3;
 
 /// Solves for everything from one start: noise that no reading states, what friction leaves at rest, and how far joints bend, are found on the
@@ -75,8 +75,32 @@ fn solve_again(
     solve_with_noise(session, readings, solved.state(&State::nominal(session)), environment)
 }
 
-/// The same with the unknowns that the readings are said to have, and the noise that they show.
+/// The same with the unknowns that the readings are said to have, and the noise that they show. Where the last solve was given up, as no noise of the size
+/// that was found explains its residuals, the noise is looked for anew from there.
 fn solve_with_noise(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: State,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let mut solved = solve_with_noise_from(session, readings, start, environment)?;
+    for _ in 0..if environment.is_rough() { 0 } else { FURTHER_ROUNDS } {
+        let gave_up =
+            matches!(solved.estimate.termination, Termination::IterationLimit { limit } if limit < ITERATIONS);
+        if !gave_up || !session.noise_estimated().contains(&true) {
+            break;
+        }
+        let (rows, mut readings) = (solved.row_residuals()?, solved.readings().clone());
+        readings.noise = solved.noise_shown(session, readings.loss, &rows);
+        readings.unexplained = solved.unexplained(session, &rows);
+        let start = solved.state(&State::nominal(session));
+        solved = solve_with_noise_from(session, &readings, start, environment)?;
+    }
+    Ok(solved)
+}
+
+/// The same from this start and this noise.
+fn solve_with_noise_from(
     session: &Session,
     readings: &MeasurementSet,
     start: State,
@@ -122,30 +146,7 @@ fn solve_with_noise(
     }
     readings.loss = loss;
     environment.report("all unknowns together");
-    let solved = solve_built(built(&readings, &start)?.resting_at_start(), environment)?;
-    if rough { Ok(solved) } else { with_larger_noise(session, solved, (readings, start), environment) }
-}
-
-/// Goes on where a solve was given up, as no noise of the size that was found explains its residuals, with the noise that they show.
-fn with_larger_noise(
-    session: &Session,
-    solved: Solved,
-    (mut readings, mut start): (MeasurementSet, State),
-    environment: &SolveEnvironment<'_>,
-) -> Result<Solved, EstimateError> {
-    let mut solved = solved;
-    for _ in 0..FURTHER_ROUNDS {
-        if !matches!(solved.estimate.termination, Termination::IterationLimit { limit } if limit < ITERATIONS) {
-            break;
-        }
-        let rows = solved.row_residuals()?;
-        readings.noise = solved.noise_shown(session, readings.loss, &rows);
-        readings.unexplained = solved.unexplained(session, &rows);
-        start = solved.built.variables.state(&solved.estimate.values, &start);
-        let problem = build_with_constraints(session, &readings, &start)?.resting_at_start();
-        solved = solve_built(problem, environment)?;
-    }
-    Ok(solved)
+    solve_built(built(&readings, &start)?.resting_at_start(), environment)
 }
 
 /// Solves a problem as it is built, and judges the solution.

@@ -9,6 +9,7 @@ use super::neighbours::Neighbours;
 use super::rows::Rows;
 use super::search::Search;
 use crate::joint::{Order, Solved};
+use crate::judgement::Judgement;
 use crate::result::{ResidualTest, TakenAsExact, UncertaintyResult};
 
 /// Entries of the Jacobian beyond which it is not made a second time.
@@ -48,6 +49,7 @@ pub(crate) enum TestsWanted {
 pub(crate) fn residual_tests(
     session: &Session,
     solved: &Solved,
+    judgement: &Judgement,
     (uncertainty, err_by_pose): (&UncertaintyResult, bool),
     wanted: TestsWanted,
 ) -> Result<ResidualTests, StatisticsError> {
@@ -88,6 +90,10 @@ pub(crate) fn residual_tests(
         return Ok(ResidualTests::default());
     }
     let (tests, missing) = search.all(maker, rows, neighbours, &candidates)?;
-    let taken_as_exact = if wanted == TestsWanted::All { search.taken_as_exact()? } else { Vec::new() };
-    Ok(ResidualTests { tests, moved: moved_by(&search.solution, &missing)?, taken_as_exact })
+    let moved = moved_by(&search.solution, &missing)?;
+    let taken_as_exact = match wanted {
+        TestsWanted::All => search.taken_as_exact(judgement, (&tests, &moved))?,
+        TestsWanted::WhereNamed => Vec::new(),
+    };
+    Ok(ResidualTests { tests, moved, taken_as_exact })
 }

@@ -3,14 +3,15 @@
 //! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
+use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::{StatisticsError, moved_by};
 use gravcal_robot_model::number::significant;
-use gravcal_robot_model::parameter::ParameterId;
 
 use super::columns::Term;
 use super::search::Search;
 use crate::joint::is_stiffness_unsaid;
-use crate::result::TakenAsExact;
+use crate::judgement::{Asked, Judgement};
+use crate::result::{ResidualTest, ResidualTestKind, TakenAsExact};
 
 /// How far joints and loads are from where nobody has measured, m.
 const ASIDE: f64 = 1e-3;
@@ -35,11 +36,25 @@ struct Exact {
 }
 
 impl Search<'_> {
-    /// Which number hangs most on each of them, where it hangs on it much.
-    pub fn taken_as_exact(&self) -> Result<Vec<TakenAsExact>, StatisticsError> {
+    /// Which number that is told hangs most on each of them, where it hangs on it much. `tests`: what is named there, intervals include already;
+    /// `moved`: what is missing moves each column by, which widens them.
+    pub fn taken_as_exact(
+        &self,
+        judgement: &Judgement,
+        (tests, moved): (&[ResidualTest], &[Vec<f64>]),
+    ) -> Result<Vec<TakenAsExact>, StatisticsError> {
+        let included = |of_kind: &dyn Fn(&ResidualTestKind) -> bool| {
+            tests.iter().any(|test| test.named && test.spoils_intervals && of_kind(&test.kind))
+        };
+        let exact = [
+            (!included(&|kind| matches!(kind, ResidualTestKind::JointPlacement { .. }))).then(|| self.lengths()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::JointTilt { .. }))).then(|| self.axes()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::LoadPlacement { .. }))).then(|| self.places_of_loads()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::Compliance))).then(|| self.stiffness()),
+        ];
         let mut taken = Vec::new();
-        for Exact { wrong, cure, columns } in [self.lengths(), self.axes(), self.places_of_loads(), self.stiffness()] {
-            if let Some((parameter, off_in_std)) = self.moved_most(&columns)? {
+        for Exact { wrong, cure, columns } in exact.into_iter().flatten() {
+            if let Some((parameter, off_in_std)) = self.moved_most(judgement, &columns, moved)? {
                 taken.push(TakenAsExact { wrong, parameter, off_in_std, cure: cure.to_owned() });
             }
         }
@@ -49,7 +64,7 @@ impl Search<'_> {
     fn lengths(&self) -> Exact {
         Exact {
             wrong: format!(
-                "each joint were {} mm, along each axis, from where the robot's description has it",
+                "each joint were {} mm off, along x, y and z, from where the robot's description has it",
                 1e3 * ASIDE
             ),
             cure: if self.session.has_windows() { MEASURE } else { "state [inertia] length_std_m" },
@@ -59,7 +74,10 @@ impl Search<'_> {
 
     fn axes(&self) -> Exact {
         Exact {
-            wrong: format!("each axis were tilted by {}°, about two axes", significant(TILTED.to_degrees(), 1)),
+            wrong: format!(
+                "each joint's axis were tilted by {}° in both directions across it",
+                significant(TILTED.to_degrees(), 1)
+            ),
             cure: MEASURE,
             columns: self.all_aside(|term| matches!(term, Term::JointTilt(_)), TILTED),
         }
@@ -67,7 +85,7 @@ impl Search<'_> {
 
     fn places_of_loads(&self) -> Exact {
         Exact {
-            wrong: format!("each load were {} mm, along each axis, from where position_m says", 1e3 * ASIDE),
+            wrong: format!("each load were {} mm off, along x, y and z, from where position_m says", 1e3 * ASIDE),
             cure: "state position_std_m of the load",
             columns: self.all_aside(|term| matches!(term, Term::LoadPlacement(_)), ASIDE),
         }
@@ -89,20 +107,31 @@ impl Search<'_> {
         }
     }
 
-    /// The number that all of them together move most, by how many of its standard deviations; nothing where that is not worth a remark.
-    fn moved_most(&self, columns: &[Vec<f64>]) -> Result<Option<(String, f64)>, StatisticsError> {
+    /// The number that is told which all of them together move most, by how many of its standard deviations; nothing where that is not worth a remark.
+    fn moved_most(
+        &self,
+        judgement: &Judgement,
+        columns: &[Vec<f64>],
+        missing: &[Vec<f64>],
+    ) -> Result<Option<(String, f64)>, StatisticsError> {
         if columns.is_empty() {
             return Ok(None);
         }
         let moved = moved_by(&self.solution, &self.weighted(columns.to_vec()))?;
-        let off = |id: ParameterId| {
-            let column = self.solution.problem.columns_of(self.solved.built.variables.block(id)).next()?;
-            let std = self.solved.covariance().std(column);
-            let by = moved.iter().map(|moved| moved[column] * moved[column]).sum::<f64>().sqrt();
-            (std > 0.0).then_some((id, by / std))
+        let squares =
+            |of: &[Vec<f64>], column: usize| of.iter().map(|moved| moved[column] * moved[column]).sum::<f64>();
+        let off = |block: BlockId| {
+            let times = |column: usize| {
+                let variance = self.solved.covariance().std(column).powi(2) + squares(missing, column);
+                if variance > 0.0 { (squares(&moved, column) / variance).sqrt() } else { 0.0 }
+            };
+            self.solution.problem.columns_of(block).map(times).fold(0.0, f64::max)
         };
-        let most = self.session.parameters().into_iter().filter_map(off).max_by(|a, b| a.1.total_cmp(&b.1));
-        let most = most.filter(|(_, times)| *times > REMARKABLE && times.is_finite());
-        Ok(most.map(|(id, times)| (self.session.parameter_name(id), times)))
+        let variables = &self.solved.built.variables;
+        let told = self.session.parameters().into_iter().filter(|id| judgement.determines(*id));
+        let told = told.map(|id| (self.session.parameter_name(id), off(variables.block(id))));
+        let gravity = judgement.determines(Asked::Gravity).then(|| ("gravity".to_owned(), off(variables.gravity)));
+        let most = told.chain(gravity).max_by(|a, b| a.1.total_cmp(&b.1));
+        Ok(most.filter(|(_, times)| *times > REMARKABLE && times.is_finite()))
     }
 }

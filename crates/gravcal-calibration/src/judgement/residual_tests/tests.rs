@@ -567,7 +567,7 @@ fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
     }
     let told = |session: &Session| {
         let told = estimate(session).notes.into_iter().find(|note| note.starts_with("Some things are taken as exact"));
-        ["each joint were 1 mm", "each load were 1 mm", "each joint bent by 0.05°", "each axis were tilted by 0.05°"]
+        ["each joint were 1 mm", "each load were 1 mm", "each joint bent by 0.05°", "axis were tilted by 0.05°"]
             .map(|wrong| told.as_ref().is_some_and(|told| told.contains(wrong)))
     };
     assert_eq!(told(&session), [true; 4]);

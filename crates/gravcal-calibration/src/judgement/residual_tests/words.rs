@@ -35,19 +35,20 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueLag)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueFilter)))
         .chain(of_neighbours(session, &of_kind(&ResidualTestKind::Neighbours)))
-        .chain(of_others(tests).into_iter().map(str::to_owned))
+        .chain(of_others(session, tests).into_iter().map(str::to_owned))
         .collect()
 }
 
 /// What is said of other sensors, as something that is seldom alone widens intervals.
-fn of_others(tests: &[ResidualTest]) -> Vec<&'static str> {
+fn of_others(session: &Session, tests: &[ResidualTest]) -> Vec<&'static str> {
     let of_test = |test: &ResidualTest| match test.kind {
         ResidualTestKind::Trend | ResidualTestKind::TrendCurve | ResidualTestKind::TrendInTables => Some(OTHERS_DRIFT),
         ResidualTestKind::TorqueGain { .. } | ResidualTestKind::TorqueGainTrend => Some(OTHER_GAINS),
         ResidualTestKind::PositionOffset { .. } => Some(OTHER_OFFSETS),
         _ => None,
     };
-    let of_test = |test: &ResidualTest| of_like(&test.kind).or(of_test(test).filter(|_| test.channel != ALL_JOINTS));
+    let of_test =
+        |test: &ResidualTest| of_like(session, &test.kind).or(of_test(test).filter(|_| test.channel != ALL_JOINTS));
     let widens = |test: &&ResidualTest| test.named && test.spoils_intervals;
     let mut said: Vec<&'static str> = tests.iter().filter(widens).filter_map(of_test).collect();
     said.sort_unstable();

@@ -7,9 +7,9 @@ use gravcal_robot_model::session::{PriorKind, Session};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What is said of the like, where one that is named widens intervals.
-pub fn of_like(kind: &ResidualTestKind) -> Option<&'static str> {
+pub fn of_like(session: &Session, kind: &ResidualTestKind) -> Option<&'static str> {
     match kind {
-        ResidualTestKind::LoadMass { .. } => {
+        ResidualTestKind::LoadMass { .. } if has_other_loads(session) => {
             Some("The masses of other loads may be as wrong: intervals include what that would do.")
         }
         ResidualTestKind::JointPlacement { .. } => {
@@ -31,9 +31,8 @@ pub fn of_stated(session: &Session, test: &ResidualTest) -> (String, String) {
             (
                 format!("The residuals of all joints show load {load} to be {heavier} than stated, by {size} {unit}."),
                 format!(
-                    "Weigh it again, or say how well it is weighed (mass_kg = {{ nominal = …, std = … }}). What is stated of another load may be \
-                     wrong instead{}.",
-                    or_stated_gain(session)
+                    "Weigh it again, or say how well it is weighed (mass_kg = {{ nominal = …, std = … }}).{}",
+                    or_stated_scale(session)
                 ),
             )
         }
@@ -62,13 +61,22 @@ pub fn of_stated(session: &Session, test: &ResidualTest) -> (String, String) {
     }
 }
 
-/// Masses and torque gains have one scale: where a torque gain is stated, it contradicts the mass as the mass contradicts it.
-fn or_stated_gain(session: &Session) -> String {
+fn has_other_loads(session: &Session) -> bool {
+    session.loads.iter().filter(|load| !load.is_unknown()).count() > 1
+}
+
+/// Masses and torque gains have one scale: another mass, and a torque gain that is stated, contradict the mass as it contradicts them.
+fn or_stated_scale(session: &Session) -> String {
     let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, SensorParameter::TorqueGain));
     let stated =
         gains.filter(|gain| matches!(session.prior(*gain).kind, PriorKind::Gaussian { .. } | PriorKind::Fixed));
-    let stated: Vec<String> = stated.map(|gain| session.parameter_name(gain)).collect();
-    if stated.is_empty() { String::new() } else { format!(", or what is stated of {}", stated.join(", ")) }
+    let stated = stated.map(|gain| session.parameter_name(gain));
+    let others: Vec<String> =
+        has_other_loads(session).then(|| "another load".to_owned()).into_iter().chain(stated).collect();
+    match others.is_empty() {
+        true => String::new(),
+        false => format!(" What is stated of {} may be wrong instead.", others.join(" or of ")),
+    }
 }
 
 /// Lengths may be unknowns of an arm at rest.
