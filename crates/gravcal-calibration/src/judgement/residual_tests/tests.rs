@@ -433,7 +433,7 @@ fn a_load_that_is_not_as_stated_is_named_and_intervals_hold_all_the_same() {
     assert!(!in_words(&lighter, &found).concat().contains("torque_gain"));
     let gain = &mut lighter.joints[1].parameters[SensorParameter::TorqueGain as usize];
     gain.kind = PriorKind::Gaussian { std: 0.01 };
-    assert!(in_words(&lighter, &found).concat().contains("or what is stated of joint2.torque_gain"));
+    assert!(in_words(&lighter, &found).concat().contains("joint2.torque_gain may be wrong instead"));
     let found = all_named(&elsewhere);
     let displaced = |test: &ResidualTest| matches!(test.kind, ResidualTestKind::LoadPlacement { .. });
     assert!(found.iter().any(|test| displaced(test) && test.spoils_intervals), "{found:?}");
