@@ -88,21 +88,19 @@ impl Solved {
     }
 
     /// Root mean square of the residuals of all torque readings over that of gravity's torque in them, both in N·m (N where a joint slides);
-    /// nothing where no torque is read. `gain`: of each joint's torque sensor by which residuals count. One that the readings leave open may come out at
-    /// next to nothing; what gravity makes it read is of its estimate all the same.
+    /// nothing where no torque is read. `gain`: of each joint's torque sensor, by which its readings count beside
+    /// those of others; one that the readings leave open may come out at next to nothing, and is not for its estimate to tell.
     pub(in crate::joint) fn residual_beside_gravity(
         &self,
         session: &Session,
         gain: impl Fn(usize) -> f64,
     ) -> Result<Option<f64>, EvaluateError> {
         let residuals = self.built.problem.residuals(&self.estimate.values)?;
-        let estimated =
-            |joint: usize| self.built.variables.block(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
         let rows = self.built.rows.iter().zip(self.gravity_readings(session)?).zip(residuals);
         let (mut left, mut gravity) = (0.0, 0.0);
         for ((id, reading), residual) in rows.filter(|((id, _), _)| id.channel < session.joints.len()) {
             left += (residual * self.readings().std(session, *id) / gain(id.channel)).powi(2);
-            gravity += (reading / self.estimate.values.scalar(estimated(id.channel))).powi(2);
+            gravity += (reading / gain(id.channel)).powi(2);
         }
         Ok((gravity > 0.0).then(|| (left / gravity).sqrt()))
     }
