@@ -100,7 +100,7 @@ mod tests {
         with_environment(|environment| estimate_jointly(session, Signals::All, None, environment)).unwrap()
     }
 
-    /// The reference protocol with some readings of the second joint off by so many standard deviations: those of every so manieth pose.
+    /// The reference protocol with some readings of the second joint off by so many standard deviations: in each pose of this stride.
     fn spoilt(every: usize, times: f64) -> Session {
         let mut session = sarcos_shoulder().session(0);
         for reading in session.poses.iter_mut().step_by(every).filter_map(|pose| pose.torque[1].as_mut()) {

@@ -1,8 +1,8 @@
 //! Directions of the joints' axes, which the robot's description states: what a joint that is tilted does to the readings.
 //!
 //! A joint that is tilted about an axis perpendicular to its own takes along all that hangs on it, and no parameter of a sensor says so. About its own axis it
-//! is an offset of its position sensor. Joints that sit aside, bend or are deflected, and sensors whose reading is no line over the torque, are left out of
-//! what it does: these are small beside it.
+//! is an offset of its position sensor. At rest, joints that sit aside, bend or are deflected, and sensors whose reading is no line over the torque, are left out of
+//! what it does: these are small beside it. In motion the whole problem is posed again (`changed_chain.rs`).
 
 use gravcal_dynamics::Chain;
 use gravcal_estimation::{EvaluateError, in_parallel};
