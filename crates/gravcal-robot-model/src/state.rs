@@ -34,6 +34,8 @@ pub struct State {
     pub bending: Vec<f64>,
     /// How far joints sit from where the robot's description has them, m, in the order of the variables' own; empty where lengths are exact.
     pub lengths: Vec<f64>,
+    /// How far the joints' axes are tilted against the robot's description, rad, in the order of the variables' own; empty where axes are exact.
+    pub axes: Vec<f64>,
 }
 
 impl State {
@@ -56,6 +58,7 @@ impl State {
             at_rest: Vec::new(),
             bending: Vec::new(),
             lengths: Vec::new(),
+            axes: Vec::new(),
         }
     }
 
@@ -111,6 +114,7 @@ impl State {
             at_rest: self.at_rest.clone(),
             bending: self.bending.clone(),
             lengths: self.lengths.clone(),
+            axes: self.axes.clone(),
         }
     }
 }

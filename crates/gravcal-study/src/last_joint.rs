@@ -154,6 +154,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         at_rest: Vec::new(),
         bending: Vec::new(),
         lengths: Vec::new(),
+        axes: Vec::new(),
     };
     Ok(Simulation::new(template, truth, runs, Disturbance::noise(vec![NOISE; joints]), random.random()))
 }

@@ -44,6 +44,7 @@ pub(super) fn judge_at(
     readings: &MeasurementSet,
     values: &State,
 ) -> Result<NominalVerdict, EstimateError> {
+    let readings = &readings.with_displacements(session, values)?;
     let mut judged = Solved::at_start(build_with_constraints(session, readings, values)?)?;
     judged.sign_known = sign::is_decided(session, readings, values)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.

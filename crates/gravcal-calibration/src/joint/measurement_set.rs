@@ -27,6 +27,8 @@ pub struct MeasurementSet {
     pub at_rest: Vec<f64>,
     /// How far joints may bend, and under which torques; nothing as long as that is not looked for.
     pub(super) bending: Option<Arc<Bending>>,
+    /// What displacements of joints do to them; nothing where there are none, or as long as that is not known.
+    pub(super) displaced: Option<Arc<Displacements>>,
     /// No reading counts as less uncertain than this, by channel; unit of the reading. Zero but where a start is looked for.
     pub floor: Arc<[f64]>,
     /// How readings far beyond that are to be counted. [`super::build_problem`] leaves it to `JointProblem::with_loss`: at a start
@@ -45,6 +47,13 @@ pub(super) struct Bending {
     pub torques: Vec<Vec<f64>>,
 }
 
+/// What joints do that are not where the robot's description has them: `building/displacements.rs` finds it.
+#[derive(Clone, Debug)]
+pub(super) struct Displacements {
+    /// By number of the unknowns, pose and channel, unit of the reading for each m or rad.
+    pub by_number: Vec<Vec<Vec<f64>>>,
+}
+
 impl MeasurementSet {
     /// Every reading of the session for which `keep` holds, copies of rows left out, with a first guess of unstated noise.
     pub fn select(session: &Session, keep: impl Fn(ReadingId) -> bool) -> MeasurementSet {
@@ -54,8 +63,9 @@ impl MeasurementSet {
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
         let (unexplained, loss, order) = (stated(session), session.loss, Order::Together);
-        let (at_rest, bending) = (Vec::new(), None);
-        let readings = MeasurementSet { used, spreads, noise, unexplained, at_rest, bending, floor, loss, order };
+        let (at_rest, bending, displaced) = (Vec::new(), None, None);
+        let readings =
+            MeasurementSet { used, spreads, noise, unexplained, at_rest, bending, displaced, floor, loss, order };
         let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
         readings.only(|id| !repeated(id.pose) && session.reading(id).is_some() && keep(id))
     }

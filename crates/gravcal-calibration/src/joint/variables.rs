@@ -35,7 +35,9 @@ pub struct VariableIndex {
     /// How far joints bend under their torque, where that is an unknown; rad/(N·m).
     pub bending: Option<OfJoints>,
     /// How far joints sit from where the robot's description has them, where that is an unknown.
-    pub lengths: Option<Lengths>,
+    pub lengths: Option<JointDisplacements>,
+    /// How far the joints' axes are tilted against the robot's description, where that is an unknown.
+    pub axes: Option<JointDisplacements>,
 }
 
 impl VariableIndex {
@@ -77,6 +79,7 @@ impl VariableIndex {
             at_rest: self.by_joint(self.at_rest.as_ref(), values),
             bending: self.by_joint(self.bending.as_ref(), values),
             lengths: self.lengths.as_ref().map_or_else(Vec::new, |lengths| values.get(lengths.block).to_vec()),
+            axes: self.axes.as_ref().map_or_else(Vec::new, |axes| values.get(axes.block).to_vec()),
         }
     }
 
@@ -137,31 +140,30 @@ pub struct PositionUnknown {
     pub is_hold: bool,
 }
 
-/// How far joints sit from where the robot's description has them, on the links that they hang on.
+/// How far joints are from where the robot's description has them, on the links that they hang on: how far aside, or how far tilted.
 #[derive(Clone, Debug)]
-pub struct Lengths {
-    /// Three numbers for each of `links`, m, along the axes of the link that its joint hangs on.
+pub struct JointDisplacements {
+    /// As many numbers for each of `links`: aside m, along the three axes of the link that its joint hangs on; tilted rad, about two axes across its own.
     pub block: BlockId,
     /// The links that these joints move.
     pub links: Vec<usize>,
-    /// One standard deviation of each, m.
+    /// How many numbers each has.
+    pub each: usize,
+    /// One standard deviation of each number, m or rad.
     pub std: f64,
 }
 
-impl Lengths {
+impl JointDisplacements {
     /// How many numbers there are.
     pub fn numbers(&self) -> usize {
-        AXES * self.links.len()
+        self.each * self.links.len()
     }
 
-    /// The link whose joint a number is of.
-    pub fn link_of(&self, number: usize) -> usize {
-        self.links[number / AXES]
+    /// The link whose joint a number is of, and which number of it.
+    pub fn link_of(&self, number: usize) -> (usize, usize) {
+        (self.links[number / self.each], number % self.each)
     }
 }
-
-/// Axes of a link along which its joint may sit aside.
-pub(crate) const AXES: usize = 3;
 
 /// A number of some joints that no one declares and that errors of the model call for: friction that is left at rest, how far joints bend.
 #[derive(Clone, Debug)]

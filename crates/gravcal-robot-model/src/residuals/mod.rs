@@ -3,6 +3,7 @@
 //! To add one: a file here with a type that implements [`Residual`](gravcal_estimation::Residual), and a test
 //! that calls [`check_derivatives`](gravcal_estimation::check_derivatives) at random points.
 
+mod displaced;
 mod gravity_norm;
 mod gravity_sweep;
 mod instrument;
@@ -17,6 +18,7 @@ mod sinusoid;
 mod stacked;
 mod sweep_torque;
 
+pub use displaced::Displaced;
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
 pub use instrument::{

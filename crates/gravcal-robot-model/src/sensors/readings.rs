@@ -101,6 +101,7 @@ mod tests {
             at_rest: Vec::new(),
             bending: Vec::new(),
             lengths: Vec::new(),
+            axes: Vec::new(),
         }
     }
 

@@ -30,6 +30,9 @@ pub struct Session {
     /// How far the joints may sit from where the robot's description says, on the links that they hang on, one standard deviation along each axis, m;
     /// `None`: exact.
     pub length_std: Option<f64>,
+    /// How far the joints' axes may be tilted against the robot's description, one standard deviation about each of two axes across their own, rad; `None`:
+    /// exact.
+    pub axis_std: Option<f64>,
     /// Known loads, each at one placement.
     pub loads: Vec<Load>,
     /// Known distances between placements.
@@ -100,6 +103,7 @@ impl Session {
             gravity,
             inertia: InertiaPrior::Unknown,
             length_std: None,
+            axis_std: None,
             loads: Vec::new(),
             load_distances: Vec::new(),
             saturated: vec![0; joints.len()],

@@ -319,7 +319,8 @@ const OWN_UNITS: &str = "
 
 const LOADS: &str = "
 # Masses and torque gains have one common scale, which only something of known mass tells. Record poses with a load on the last
-# link, weigh it, and say (unless the arm moves also how well lengths are known, in [inertia]: length_std_m = 0.0005):
+# link, weigh it, and say the following (and in [inertia] how well the robot's lengths and axes are known: length_std_m = 0.0005,
+# axis_std_deg = 0.03):
 # [[load]]
 # name = \"plate\"
 # mass_kg = 1.5

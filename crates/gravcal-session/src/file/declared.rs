@@ -32,6 +32,7 @@ pub(super) struct Declared {
     gravity: GravityPrior,
     pub inertia: InertiaPrior,
     length_std: Option<f64>,
+    axis_std: Option<f64>,
     joints: Vec<JointPriors>,
     instruments: Vec<AuxiliarySensor>,
     terms: SensorTerms,
@@ -56,6 +57,7 @@ impl Declared {
         let gravity = gravity::resolve(document, &written.gravity)?;
         let inertia = inertia::resolve(context, &written.inertia)?;
         let length_std = inertia::length_std(document, &written.inertia)?;
+        let axis_std = inertia::axis_std(document, &written.inertia)?;
         let (wrists, accelerometers) = (&written.force_torque_sensor, &written.accelerometer);
         let instruments = instruments::resolve(context, wrists, accelerometers, written.poses.len())?;
         let mut mapping = readings::mapping(context, &written.readings, &instruments)?;
@@ -84,6 +86,7 @@ impl Declared {
             gravity,
             inertia,
             length_std,
+            axis_std,
             joints,
             instruments,
             terms,
@@ -128,6 +131,7 @@ impl Declared {
         Session {
             inertia: self.inertia,
             length_std: self.length_std,
+            axis_std: self.axis_std,
             loads: self.loads,
             load_distances: self.load_distances,
             instruments: self.instruments,

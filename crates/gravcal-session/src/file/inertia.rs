@@ -31,12 +31,19 @@ pub(super) struct InertiaTable {
     #[serde(default)]
     description: Description,
     /// How well the robot's lengths are known: how far each joint may sit from where the robot's file has it on the link before, one standard
-    /// deviation along each axis. Intervals of the joint estimate include it. Of an arm at rest and in slow sweeps.
+    /// deviation along each axis. Intervals of the joint estimate include it.
     ///
     /// Unit: m.
     /// Default: exact.
     /// Example: `length_std_m = 0.0005`
     length_std_m: Option<f64>,
+    /// How well the directions of the joints' axes are known: how far each may be tilted against the robot's file, one standard deviation about each of two
+    /// axes across its own. Intervals of the joint estimate include it.
+    ///
+    /// Unit: deg.
+    /// Default: exact.
+    /// Example: `axis_std_deg = 0.05`
+    axis_std_deg: Option<f64>,
 }
 
 /// What the moments are those of.
@@ -89,16 +96,25 @@ pub(super) fn length_std(document: &Document, table: &InertiaTable) -> Result<Op
     table.length_std_m.map(|std| document.positive(&field, std, "a standard deviation", "m")).transpose()
 }
 
-/// Whether this session has lengths that can be known less well.
-pub(super) fn check_lengths(document: &Document, session: &Session) -> Result<(), FileError> {
-    let message = match session.length_std {
-        Some(_) if session.inertia == InertiaPrior::Sweep => "moments of sweeps ask for no lengths: leave it out",
-        Some(_) if session.has_windows() => {
-            "what wrong lengths do is only known of an arm at rest or in slow sweeps: leave it out, or record standstills (readings.still)"
+/// How well axes are known, rad.
+pub(super) fn axis_std(document: &Document, table: &InertiaTable) -> Result<Option<f64>, FileError> {
+    let field = Field::new("inertia").key("axis_std_deg");
+    let std =
+        table.axis_std_deg.map(|std| document.positive(&field, std, "a standard deviation", "deg")).transpose()?;
+    Ok(std.map(f64::to_radians))
+}
+
+/// Whether this session has lengths and axes that can be known less well.
+pub(super) fn check_displacements(document: &Document, session: &Session) -> Result<(), FileError> {
+    let by_sweep = session.inertia == InertiaPrior::Sweep;
+    let (key, message) = match (session.length_std, session.axis_std) {
+        (Some(_), _) if by_sweep => ("length_std_m", "moments of sweeps ask for no lengths: leave it out"),
+        (_, Some(_)) if by_sweep => {
+            ("axis_std_deg", "moments of sweeps take axes as exact: leave it out, or write description = \"link\"")
         }
         _ => return Ok(()),
     };
-    Err(document.error(&Field::new("inertia").key("length_std_m"), message))
+    Err(document.error(&Field::new("inertia").key(key), message))
 }
 
 fn by_sweep(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaPrior, FileError> {

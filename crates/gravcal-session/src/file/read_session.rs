@@ -140,7 +140,7 @@ fn checked(document: &Document, mut poses: Vec<Pose>) -> Result<Vec<Pose>, FileE
 
 /// What the sections of a session say together must go with its poses.
 fn check(context: &Context<'_>, session: &Session) -> Result<(), FileError> {
-    inertia::check_lengths(context.document, session)?;
+    inertia::check_displacements(context.document, session)?;
     inertia::check_sweeps(context.document, session)?;
     loads::check_unknown(context.document, session)?;
     motion::check(context, session)?;

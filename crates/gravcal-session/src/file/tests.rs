@@ -313,7 +313,7 @@ fn masses_of_the_model_may_be_known() {
 }
 
 #[test]
-fn lengths_may_be_known_to_within_a_standard_deviation() {
+fn lengths_and_axes_may_be_known_to_within_a_standard_deviation() {
     let said = |said: &str| format!("[inertia]\n{said}\n[readings]");
     assert_eq!(changed("[readings]", &said("length_std_m = 5e-4")).length_std, Some(5e-4));
     assert_eq!(
@@ -323,6 +323,12 @@ fn lengths_may_be_known_to_within_a_standard_deviation() {
     assert_eq!(
         refused("[readings]", &said("length_std_m = 5e-4\ndescription = \"sweep\"")),
         "session.toml:9: inertia.length_std_m: moments of sweeps ask for no lengths: leave it out"
+    );
+    let axis_std = changed("[readings]", &said("axis_std_deg = 0.05")).axis_std.unwrap();
+    assert!((axis_std.to_degrees() - 0.05).abs() < 1e-12, "{axis_std}");
+    assert_eq!(
+        refused("[readings]", &said("axis_std_deg = 0.05\ndescription = \"sweep\"")),
+        "session.toml:9: inertia.axis_std_deg: moments of sweeps take axes as exact: leave it out, or write description = \"link\""
     );
 }
 

@@ -4,6 +4,7 @@ use gravcal_estimation::{Block, BlockId, ProblemBuilder, Sphere};
 use gravcal_robot_model::parameter::{Parameter, ParameterId, SensorParameter};
 use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
+use crate::joint::building::axes;
 use crate::joint::building::lengths;
 use crate::joint::building::placements::{add_placements, is_straight};
 use crate::joint::building::position_unknowns::add_unknowns;
@@ -34,7 +35,8 @@ pub(in crate::joint) fn add_unknown_blocks(
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
     let bending = bending::add_unknown(session, readings, start, builder);
     let lengths = lengths::add_unknown(session, readings, start, builder);
-    VariableIndex { position_unknowns, at_rest, bending, lengths, ..variables }
+    let axes = axes::add_unknown(session, readings, start, builder);
+    VariableIndex { position_unknowns, at_rest, bending, lengths, axes, ..variables }
 }
 
 pub(in crate::joint) fn add_blocks(
@@ -101,6 +103,7 @@ pub(in crate::joint) fn add_blocks(
         at_rest: None,
         bending: None,
         lengths: None,
+        axes: None,
     }
 }
 

@@ -105,8 +105,8 @@ fn add_parameter_priors(
         }
     }
     add_priors(variables, builder)?;
-    if let Some(lengths) = &variables.lengths {
-        lengths.add_prior(builder)?;
+    for displaced in variables.lengths.iter().chain(&variables.axes) {
+        displaced.add_prior(builder)?;
     }
     for unknown in variables.at_rest.iter().chain(&variables.bending) {
         unknown.add_prior(builder)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gravcal_dynamics::Chain;
-use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
+use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::residuals::{
     AuxiliarySensorModel, AuxiliarySensorReading, CarriedLoad, GainEntry, PositionTerms, SensedQuantity, SpecificForce,
     Stacked, Wrench, names_a_block_twice,
@@ -26,11 +26,9 @@ pub(in crate::joint) fn add_readings(
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<ReadingId>, NoiseError> {
     let stored = builder.initial();
-    let around = Around::new(variables, stored.clone());
-    let mut models = Models::new(session, variables, positions);
+    let mut residuals = PoseResiduals::new(session, variables, session.robot.chain.clone(), positions, stored.clone());
     let mut rows = Vec::with_capacity(readings.count());
     let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
-    let mut single: Option<Arc<dyn Residual>> = None;
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
         std.clear();
         std.extend(used.iter().map(|channel| readings.std(session, ReadingId { pose, channel: *channel })));
@@ -39,16 +37,14 @@ pub(in crate::joint) fn add_readings(
             Some((alike, noise)) if *alike == std => noise.clone(),
             _ => last.insert((std.clone(), Noise::independent(&std)?)).1.clone(),
         };
-        let mut residual = models.residual(pose, used, |id| builder.block(id).len());
-        // Most poses read the very same blocks as the one before.
-        if single.as_ref().is_none_or(|single| !std::ptr::eq(single.blocks(), residual.blocks())) {
-            residual = once(residual, builder);
-            single = Some(Arc::clone(&residual));
-        }
-        let residual = around.residual(pose, residual);
-        let residual = match &variables.lengths {
-            Some(lengths) => lengths.around((session, variables, &stored), pose, residual),
+        let residual = residuals.of(pose, used, builder);
+        let residual = match &readings.displaced {
+            Some(displaced) => displaced.around((session, variables, &stored), (pose, used), residual),
             None => residual,
+        };
+        let residual = match &variables.lengths {
+            Some(lengths) if !session.has_windows() => lengths.around((session, variables, &stored), pose, residual),
+            _ => residual,
         };
         let residual = match &variables.at_rest {
             Some(at_rest) => at_rest::around((session, variables, &stored), at_rest, pose, residual),
@@ -63,6 +59,39 @@ pub(in crate::joint) fn add_readings(
         rows.extend(used.iter().map(|channel| ReadingId { pose, channel: *channel }));
     }
     Ok(rows)
+}
+
+/// The residual of each pose, with the unknowns of positions around it.
+pub(in crate::joint::building) struct PoseResiduals<'s> {
+    models: Models<'s>,
+    around: Around<'s>,
+    /// The last one that names each block once.
+    single: Option<Arc<dyn Residual>>,
+}
+
+impl<'s> PoseResiduals<'s> {
+    /// `chain`: the session's, or one whose joints are elsewhere; `stored`: any values of all blocks.
+    pub fn new(
+        session: &'s Session,
+        variables: &'s VariableIndex,
+        chain: Chain,
+        positions: Option<Vec<[f64; 2]>>,
+        stored: Values,
+    ) -> PoseResiduals<'s> {
+        let models = Models::new(session, variables, chain, positions);
+        PoseResiduals { models, around: Around::new(variables, stored), single: None }
+    }
+
+    /// That of the readings of a pose, in the order of their channels.
+    pub fn of(&mut self, pose: usize, used: &[usize], builder: &ProblemBuilder) -> Arc<dyn Residual> {
+        let mut residual = self.models.residual(pose, used, |id| builder.block(id).len());
+        // Most poses read the very same blocks as the one before.
+        if self.single.as_ref().is_none_or(|single| !std::ptr::eq(single.blocks(), residual.blocks())) {
+            residual = once(residual, builder);
+            self.single = Some(Arc::clone(&residual));
+        }
+        self.around.residual(pose, residual)
+    }
 }
 
 /// A residual that names each of its blocks once: sensors that share a parameter name it twice.
@@ -95,8 +124,14 @@ struct Models<'s> {
 }
 
 impl<'s> Models<'s> {
-    fn new(session: &'s Session, variables: &'s VariableIndex, positions: Option<Vec<[f64; 2]>>) -> Models<'s> {
-        let chain = Arc::new(session.robot.chain.clone());
+    /// `chain`: the session's, or one whose joints are elsewhere.
+    fn new(
+        session: &'s Session,
+        variables: &'s VariableIndex,
+        chain: Chain,
+        positions: Option<Vec<[f64; 2]>>,
+    ) -> Models<'s> {
+        let chain = Arc::new(chain);
         let loads = (0..session.loads.len()).map(|load| carried(session, variables, load));
         let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
         let instrument = |instrument: &AuxiliarySensor| {
@@ -107,8 +142,8 @@ impl<'s> Models<'s> {
         };
         Models {
             session,
-            torques: Torques::new(session, variables, positions),
             instruments: session.instruments.iter().map(instrument).collect(),
+            torques: Torques::new(session, variables, chain, positions),
         }
     }
 

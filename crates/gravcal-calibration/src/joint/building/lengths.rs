@@ -9,27 +9,35 @@
 //!
 //! exactly. Where the links' masses are unknown, `m` is that of the load that a pose carries beyond the joint: what else hangs there is in the moment of
 //! `p`, which is an unknown.
+//!
+//! Of an arm in motion the joint also accelerates otherwise what hangs on it. Readings are those of [`gravcal_robot_model::residuals::Displaced`] then, at
+//! rest, too, where one session has both (`displacements.rs`).
 
 use std::sync::Arc;
 
-use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
-use gravcal_robot_model::residuals::{Prior, Shift, Shifted};
+use gravcal_estimation::{BlockId, ProblemBuilder, Residual, Values};
+use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::{InertiaPrior, Session};
 
 use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::variables::{AXES, Lengths, State, VariableIndex};
+use crate::joint::variables::{JointDisplacements, State, VariableIndex};
 
 /// First entry of the first moment in a link's block.
 const MOMENT: usize = 1;
+/// Axes of a link along which its joint may sit aside.
+pub(in crate::joint) const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// The links whose joint hangs on another link, and whose place makes a difference to a reading that enters. None where the arm moves, and where
+/// The links whose joint hangs on another link, and whose place makes a difference to a reading that enters: of an arm in motion all. None where
 /// moments are described by sweep, which asks for no lengths.
 pub(in crate::joint) fn placed_links(session: &Session, readings: &MeasurementSet) -> Vec<usize> {
-    if session.has_windows() || by_sweep(session) {
+    let chain = &session.robot.chain;
+    if by_sweep(session) {
         return Vec::new();
     }
-    let chain = &session.robot.chain;
+    if session.has_windows() {
+        return (0..chain.link_count()).filter(|link| chain.parent(*link).is_some()).collect();
+    }
     let used = || (0..session.poses.len()).filter(|pose| !readings.used[*pose].is_empty());
     let matters = |link: &usize| used().any(|pose| mass_beyond(session, *link, pose) > 0.0);
     (0..chain.link_count()).filter(|link| chain.parent(*link).is_some()).filter(matters).collect()
@@ -46,38 +54,20 @@ pub(in crate::joint) fn mass_beyond(session: &Session, link: usize, pose: usize)
     links + load.map_or(0.0, |load| load.mass)
 }
 
-/// Adds the unknown, from where `start` has it; nothing where lengths are exact.
+/// Adds the unknown, from where `start` has it; nothing where lengths are exact, or it is not yet known what they do in motion.
 pub(in crate::joint) fn add_unknown(
     session: &Session,
     readings: &MeasurementSet,
     start: &State,
     builder: &mut ProblemBuilder,
-) -> Option<Lengths> {
-    let std = session.length_std?;
+) -> Option<JointDisplacements> {
+    let std = session.length_std.filter(|_| !session.has_windows() || readings.displaced.is_some())?;
     let links = placed_links(session, readings);
-    let movers = session.robot.chain.movers();
-    let names: Vec<String> =
-        links.iter().flat_map(|link| ["x", "y", "z"].map(|axis| format!("{}.{axis}", movers[*link].name))).collect();
-    if names.is_empty() {
-        return None;
-    }
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let zeros = vec![0.0; names.len()];
-    let start = if start.lengths.len() == zeros.len() { &start.lengths } else { &zeros };
-    let block = builder.add_block(Block::vector("lengths", "m", &names), start);
-    Some(Lengths { block, links, std })
+    JointDisplacements::add(session, ("lengths", "m"), (links, &AXES), (std, &start.lengths), builder)
 }
 
-impl Lengths {
-    /// Adds what is known of it beforehand.
-    pub(in crate::joint) fn add_prior(&self, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
-        let count = self.numbers();
-        let prior = Prior::new(self.block, vec![0.0; count]);
-        builder.add_factor(Factor::new(prior, Noise::independent(&vec![self.std; count])?));
-        Ok(())
-    }
-
-    /// The residual of a pose with the unknown around it.
+impl JointDisplacements {
+    /// The residual of a pose of an arm at rest with the unknown lengths around it.
     pub(in crate::joint) fn around(
         &self,
         (session, variables, stored): (&Session, &VariableIndex, &Values),
@@ -87,7 +77,7 @@ impl Lengths {
         let of_link = |link: &usize| {
             let mass = mass_beyond(session, *link, pose);
             let parent: Option<BlockId> = session.robot.chain.parent(*link).map(|parent| variables.inertia[parent]);
-            (0..AXES).filter_map(move |axis| Some(Shift { block: parent?, entry: MOMENT + axis, scale: mass }))
+            (0..AXES.len()).filter_map(move |axis| Some(Shift { block: parent?, entry: MOMENT + axis, scale: mass }))
         };
         let shifts: Vec<Shift> = self.links.iter().flat_map(of_link).collect();
         match shifts.iter().all(|shift| shift.scale == 0.0) {

@@ -1,8 +1,10 @@
 //! The readings as one problem: every reading once, the unknowns it depends on, and what is known of these beforehand.
 
+pub(super) mod axes;
 pub(super) mod blocks;
 pub(super) mod build;
 pub(super) mod constraints;
+pub(super) mod displacements;
 pub(super) mod earlier;
 pub(super) mod factors;
 pub(super) mod inertia_priors;

@@ -34,11 +34,16 @@ pub(in crate::joint) struct Torques<'a> {
 }
 
 impl<'a> Torques<'a> {
-    /// `positions`: gain and offset of each joint's position sensor, where derivatives by them are not asked for.
-    pub fn new(session: &Session, variables: &'a VariableIndex, positions: Option<Vec<[f64; 2]>>) -> Self {
+    /// `chain`: the session's, or one of other lengths. `positions`: gain and offset of each joint's position sensor, where derivatives by them are
+    /// not asked for.
+    pub fn new(
+        session: &Session,
+        variables: &'a VariableIndex,
+        chain: Arc<Chain>,
+        positions: Option<Vec<[f64; 2]>>,
+    ) -> Self {
         let moments = by_sweep(session).then(|| SweepMoments::of(session));
-        let chain = &session.robot.chain;
-        let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
+        let chain = if moments.is_some() { Arc::new(chain.without_lengths()) } else { chain };
         let sweeping = if session.compliances().is_empty() { Vec::new() } else { sweeping(session) };
         Torques {
             variables,

@@ -1,4 +1,4 @@
-//! What is stated of the robot, its links' masses and its lengths, where the readings contradict it.
+//! What is stated of the robot, its links' masses, its lengths and its axes, where the readings contradict it.
 //!
 //! Of all that is stated of one kind, `N(m, S)` with a diagonal `S`, and what is found with the readings, `v` with the covariance `C`,
 //!
@@ -17,6 +17,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::joint::building::inertia_priors::{LinkPrior, inertia_priors};
 use crate::joint::solved::Solved;
+use crate::joint::variables::JointDisplacements;
 
 /// Probability below which something is contradicted: one right session in a thousand.
 const CONTRADICTED: f64 = 1e-3;
@@ -48,7 +49,9 @@ impl Strain {
 impl Solved {
     /// In a sentence each, with what would explain it; nothing where the readings agree.
     pub(in crate::joint) fn contradicted_description(&self, session: &Session) -> Vec<String> {
-        self.contradicted_inertia(session).into_iter().chain(self.contradicted_lengths(session)).collect()
+        let contradicted =
+            [self.contradicted_inertia(session), self.contradicted_lengths(session), self.contradicted_axes(session)];
+        contradicted.into_iter().flatten().collect()
     }
 
     fn contradicted_inertia(&self, session: &Session) -> Option<String> {
@@ -71,10 +74,7 @@ impl Solved {
 
     fn contradicted_lengths(&self, session: &Session) -> Option<String> {
         let lengths = self.built.variables.lengths.as_ref()?;
-        let numbers = lengths.numbers();
-        let mut stated = self.stated(0, lengths.block, &vec![0.0; numbers], &vec![lengths.std; numbers]);
-        stated.iter_mut().enumerate().for_each(|(number, stated)| stated.link = lengths.link_of(number));
-        let (strain, most) = self.contradicted(&stated)?;
+        let (strain, most) = self.contradicted(&self.stated_of_joints(lengths))?;
         Some(format!(
             "The readings contradict what the session says of the robot's lengths: joints are {} times as far from where the description has them as stated, \
              most of all {} (χ² {} of {} numbers). Check the description, and where loads are; or say [inertia] length_std_m = {}.",
@@ -84,6 +84,27 @@ impl Solved {
             strain.freedom,
             significant(ROOM * strain.times() * lengths.std, 2),
         ))
+    }
+
+    fn contradicted_axes(&self, session: &Session) -> Option<String> {
+        let axes = self.built.variables.axes.as_ref()?;
+        let (strain, most) = self.contradicted(&self.stated_of_joints(axes))?;
+        Some(format!(
+            "The readings contradict what the session says of the robot's axes: they are tilted {} times as far against the description as stated, most of all \
+             {} (χ² {} of {} numbers). Check the description, and where loads are; or say [inertia] axis_std_deg = {}.",
+            significant(strain.times(), 2),
+            session.robot.chain.movers()[most].name,
+            significant(strain.statistic, 3),
+            strain.freedom,
+            significant(ROOM * strain.times() * axes.std.to_degrees(), 2),
+        ))
+    }
+
+    fn stated_of_joints(&self, unknown: &JointDisplacements) -> Vec<Stated> {
+        let numbers = unknown.numbers();
+        let mut stated = self.stated(0, unknown.block, &vec![0.0; numbers], &vec![unknown.std; numbers]);
+        stated.iter_mut().enumerate().for_each(|(number, stated)| (stated.link, _) = unknown.link_of(number));
+        stated
     }
 
     /// What is stated of a link in one block.

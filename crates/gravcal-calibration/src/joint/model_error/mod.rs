@@ -1,15 +1,13 @@
 //! What the model does not say of the readings, beside their noise.
 
 pub(super) mod at_rest;
-pub(super) mod axes;
 pub(super) mod bending;
 pub(super) mod block_correlation;
-mod changed_chain;
 mod contradicted_description;
 pub(super) mod contradicted_priors;
+pub(super) mod displaced_joints;
 mod farthest_from_earlier;
 pub(super) mod friction_by_load;
-pub(super) mod lengths;
 pub(super) mod pose_errors;
 pub(super) mod unexplained;
 pub(super) mod unexplained_size;

@@ -62,7 +62,8 @@ impl Answer {
         self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.solved.lengths_found(session).into_iter().for_each(|remark| findings.remark(remark));
+        let displaced = [self.solved.lengths_found(session), self.solved.tilts_found(session)];
+        displaced.into_iter().flatten().for_each(|remark| findings.remark(remark));
         self.remark_on_exact().into_iter().for_each(|remark| findings.remark(remark));
         self.remark_on_contradictions(session, &mut findings)?;
         self.remark_on_unexplained(session, &mut findings)?;

@@ -75,6 +75,8 @@ pub(in crate::joint) fn of_validation(
     // Joints that stand in other sweeps deflect otherwise.
     let prediction = State { deflections: Vec::new(), ..found };
     let readings = bending_as(fitted, readings, &unseen, &prediction)?;
+    let readings =
+        if fitted.displaced.is_some() { readings.with_displacements(&unseen, &prediction)? } else { readings };
     let predicted = predict(&unseen, &readings, &prediction)?;
     let tables: BTreeSet<usize> = unseen.poses.iter().map(|pose| pose.table).collect();
     let files = tables.into_iter().map(|table| file_name(&session.tables[table].path)).collect();

@@ -14,6 +14,7 @@ use gravcal_robot_model::session::Session;
 
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
+use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::reporting::held_out::{fixed_alike, of_validation, predict, stretches};
 use crate::joint::solved::Solved;
 use crate::joint::solving::fit::fit;
@@ -62,8 +63,10 @@ fn prediction(
     (unseen, none): (&BTreeSet<usize>, &[usize]),
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<HeldOut>, EstimateError> {
-    let part = |held_out: bool| solved.readings().only(|id| unseen.contains(&id.pose) == held_out);
-    let readings = if session.validation.is_empty() { part(false) } else { solved.readings().clone() };
+    // What displaced joints do in motion is not what they do to an arm that stands.
+    let all = MeasurementSet { displaced: None, ..solved.readings().clone() };
+    let part = |held_out: bool| all.only(|id| unseen.contains(&id.pose) == held_out);
+    let readings = if session.validation.is_empty() { part(false) } else { all.clone() };
     let mut start = solved.state(&State::nominal(session));
     none.iter().for_each(|place| start.further[*place] = 0.0);
     let Ok(built) = build_with_constraints(session, &readings, &start) else { return Ok(None) };
@@ -81,6 +84,6 @@ fn prediction(
     let found = built.variables.state(&estimate.values, &start);
     match session.validation.is_empty() {
         true => predict(session, &part(true), &found),
-        false => of_validation(session, solved.readings(), found),
+        false => of_validation(session, &all, found),
     }
 }

@@ -28,15 +28,15 @@ const ROUGH_TOLERANCE: f64 = 0.01;
 /// Noise that still changes by so much after so many rounds goes round in circles: the model explains too little for it to settle.
 const STEADY_ROUNDS: usize = 8;
 const STEADY: f64 = 0.1;
-/// How often, at most, the torques that bend joints are taken anew from a solution in which these bend.
-const BENDING_ROUNDS: usize = 3;
+/// How often, at most, what is constant in a solve is taken anew from its solution: the torques that bend joints, and what displacements of joints do.
+const FURTHER_TAKES: usize = 3;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
 /// How often, at most, noise is looked for anew where a solve was given up.
 const FURTHER_ROUNDS: usize = 3;
 
-/// Solves for everything from one start: noise that no reading states, what friction leaves at rest, and how far joints bend, are found on the
-/// way.
+/// Solves for everything from one start: noise that no reading states, what friction leaves at rest, how far joints bend, and how far they are from
+/// where they are described, are found on the way.
 ///
 /// # Errors
 /// Where there is no answer at all; not converging is a [`Termination`].
@@ -52,17 +52,24 @@ pub(in crate::joint) fn solve_from(
         return Ok(solved);
     }
     let (at_rest, bending) = (solved.readings().with_friction_at_rest(session), Bending::of(session, &solved)?);
-    if at_rest.is_none() && bending.is_none() {
+    let displaced = solved.displaced_anew(session)?;
+    if at_rest.is_none() && bending.is_none() && displaced.is_none() {
         return Ok(solved);
     }
     let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
     readings.bending = bending.map(Arc::new).or(readings.bending);
-    let mut bent = solve_again(session, &solved, &readings, environment)?;
-    for _ in 0..if environment.is_rough() { 0 } else { BENDING_ROUNDS } {
-        let Some(readings) = bent.bent_anew(session)? else { break };
-        bent = solve_again(session, &bent, &readings, environment)?;
+    readings.displaced = displaced.or(readings.displaced);
+    let mut further = solve_again(session, &solved, &readings, environment)?;
+    for _ in 0..if environment.is_rough() { 0 } else { FURTHER_TAKES } {
+        let (bent, displaced) = (further.bent_anew(session)?, further.displaced_anew(session)?);
+        if bent.is_none() && displaced.is_none() {
+            break;
+        }
+        let mut readings = bent.unwrap_or_else(|| further.readings().clone());
+        readings.displaced = displaced.or(readings.displaced);
+        further = solve_again(session, &further, &readings, environment)?;
     }
-    Ok(bent)
+    Ok(further)
 }
 
 /// Goes on from a solution with other unknowns.

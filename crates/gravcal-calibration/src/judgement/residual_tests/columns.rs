@@ -14,7 +14,7 @@ use super::loads::{StatedLoad, stated_loads};
 use super::of_torque::PredictedTorques;
 use super::order::sides_by_order;
 use super::rows::ReadingRow;
-use crate::joint::{JointPlacement, JointTilt, Solved};
+use crate::joint::{DisplacedJoints, Solved};
 
 /// The channel of what all joints do.
 pub const ALL_JOINTS: &str = "all joints";
@@ -104,10 +104,8 @@ pub struct Columns<'a> {
     turned_gravity: [Vec<f64>; 2],
     /// What is stated of each load.
     loads: Vec<StatedLoad>,
-    /// Of joints beyond which known masses hang, where lengths are exact; of all in motion.
-    placements: Vec<JointPlacement>,
-    /// By link that a joint moves; empty where that is not known.
-    tilts: Vec<JointTilt>,
+    /// Joints whose place or axis is taken as exact.
+    displaced: DisplacedJoints,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
     predicted: PredictedTorques,
@@ -158,8 +156,7 @@ impl<'a> Columns<'a> {
             slopes,
             turned_gravity: Default::default(),
             loads: stated_loads(session, solved, rows)?,
-            placements: solved.joint_placements(session)?,
-            tilts: solved.joint_tilts(session)?,
+            displaced: solved.displaced_joints(session)?,
             torques,
             predicted: PredictedTorques::new(session, solved)?,
             times,
@@ -224,14 +221,14 @@ impl<'a> Columns<'a> {
     pub fn terms_of_arm(&self) -> Vec<Term> {
         let gravity = (self.tables_of_all().len() > 1).then_some(Term::Gravity);
         let loads = (0..self.loads.len()).flat_map(|load| [Term::LoadMass(load), Term::LoadPlacement(load)]);
-        let placements = (0..self.placements.len()).map(Term::JointPlacement);
-        let tilts = self.tilts.iter().map(|tilt| Term::JointTilt(tilt.link));
+        let placements = (0..self.displaced.aside.len()).map(Term::JointPlacement);
+        let tilts = self.displaced.tilted.iter().map(|tilted| Term::JointTilt(tilted.link));
         gravity.into_iter().chain(loads).chain(placements).chain(tilts).collect()
     }
 
     /// Name of the joint that may sit elsewhere.
     pub fn placed(&self, placement: usize) -> &str {
-        &self.session.robot.chain.movers()[self.placements[placement].link].name
+        &self.session.robot.chain.movers()[self.displaced.aside[placement].link].name
     }
 
     /// Whether times are known.
@@ -278,8 +275,8 @@ impl<'a> Columns<'a> {
             }),
             Term::LoadMass(load) => self.loads[*load].mass.clone(),
             Term::LoadPlacement(load) => self.loads[*load].placement.clone(),
-            Term::JointPlacement(placement) => self.placements[*placement].columns.clone(),
-            Term::JointTilt(link) => self.tilts[*link].columns.clone(),
+            Term::JointPlacement(placement) => self.displaced.aside[*placement].columns.clone(),
+            Term::JointTilt(link) => self.displaced.tilted[*link].columns.clone(),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
                 .map(|function| self.reading(channel, |pose| function(f64::from(*order) * self.angle(channel, pose))))
                 .into(),

@@ -22,9 +22,6 @@ const BENDS: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how many of its standard deviations that must move a number to be worth a remark.
 const REMARKABLE: f64 = 2.0;
 
-/// What to do where no session can say how well it is known.
-const MEASURE: &str = "use what was measured of this very arm";
-
 /// Something that is taken as exact.
 struct Exact {
     /// If it were as wrong as is usual.
@@ -67,7 +64,7 @@ impl Search<'_> {
                 "each joint were {} mm off, along x, y and z, from where the robot's description has it",
                 1e3 * ASIDE
             ),
-            cure: if self.session.has_windows() { MEASURE } else { "state [inertia] length_std_m" },
+            cure: "state [inertia] length_std_m",
             columns: self.all_aside(|term| matches!(term, Term::JointPlacement(_)), ASIDE),
         }
     }
@@ -78,7 +75,7 @@ impl Search<'_> {
                 "each joint's axis were tilted by {}° in both directions across it",
                 significant(TILTED.to_degrees(), 1)
             ),
-            cure: MEASURE,
+            cure: "state [inertia] axis_std_deg",
             columns: self.all_aside(|term| matches!(term, Term::JointTilt(_)), TILTED),
         }
     }

@@ -45,15 +45,15 @@ pub fn of_stated(session: &Session, test: &ResidualTest) -> (String, String) {
                 "The residuals of all joints show the axis of {joint} tilted by {}° against the robot's description.",
                 significant(test.size.to_degrees(), 2)
             ),
-            "Use axes that were measured for this very arm: controllers of many arms hold them.".into(),
+            "Use axes that were measured for this very arm: controllers of many arms hold them. Or say how well they are known ([inertia] axis_std_deg).".into(),
         ),
         ResidualTestKind::JointPlacement { joint } => (
             format!(
                 "The residuals of all joints show {joint} {size} {unit} from where the robot's description has it on the link before."
             ),
             format!(
-                "Use lengths that were measured for this very arm: controllers of many arms hold them.{}{}",
-                or_length_std(session),
+                "Use lengths that were measured for this very arm: controllers of many arms hold them. Or say how well they are known \
+                 ([inertia] length_std_m).{}",
                 or_stated_place(session)
             ),
         ),
@@ -77,11 +77,6 @@ fn or_stated_scale(session: &Session) -> String {
         true => String::new(),
         false => format!(" What is stated of {} may be wrong instead.", others.join(" or of ")),
     }
-}
-
-/// Lengths may be unknowns of an arm at rest.
-fn or_length_std(session: &Session) -> &'static str {
-    if session.has_windows() { "" } else { " Or say how well they are known ([inertia] length_std_m)." }
 }
 
 /// A joint that sits elsewhere looks much like a load that does.
