@@ -172,13 +172,13 @@ fn a_recording_without_poses_leads_on() {
     let run = gravcal_in(folder.path(), ["inspect", "moving.csv"]);
     assert_eq!(run.code, 0, "{run:?}");
     for reported in
-        ["No pose was found.", "[readings.still]", "[readings.sweeps]", "[readings.select]", "--session OUT.toml"]
+        ["No pose was found.", "[readings.still]", "[readings.sweeps]", "[readings.motion]", "--session OUT.toml"]
     {
         assert!(run.stdout.contains(reported), "{reported}: {}", run.stdout);
     }
     let drafted = gravcal_in(folder.path(), ["inspect", "moving.csv", "--session", "session.toml"]);
     assert!(drafted.code == 0 && !drafted.stdout.contains("No pose was found."), "{drafted:?}");
-    assert!(fs::read_to_string(folder.path().join("session.toml")).unwrap().contains("[readings.select.joint]"));
+    assert!(fs::read_to_string(folder.path().join("session.toml")).unwrap().contains("[readings.motion]"));
 }
 
 #[test]

@@ -8,6 +8,7 @@ use gravcal_calibration::{SolveEnvironment, doubts_of_results};
 use gravcal_estimation::IterationRecord;
 #[cfg(feature = "rerun")]
 use gravcal_recording::Digest;
+use gravcal_recording::in_command;
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationSummary, CalibrationTable, Contents, Input, Options, OutputError,
     OutputFolder, Provenance, Written, report_doubts, report_further_doubts,
@@ -123,7 +124,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let file = folder.path().join("calibration.json");
     let shown = match arguments.full {
         true => format!("{}\n", CalibrationTable { robot, doubts: &[], results }),
-        false => CalibrationSummary { robot, results, file: &file.to_string_lossy() }.to_string(),
+        false => CalibrationSummary { robot, results, file: &in_command(&file) }.to_string(),
     };
     let page = CalibrationPage { session: &session, results, provenance: &provenance };
     let calibration = CalibrationFile { doubts: &doubts, estimators: results, provenance: &provenance }.to_json();

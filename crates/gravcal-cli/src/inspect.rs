@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_recording::{CsvWriting, Inspection, clear_abandoned, inspect_as, write_atomically};
+use gravcal_recording::{CsvWriting, Inspection, clear_abandoned, in_command, inspect_as, write_atomically};
 use gravcal_robot_model::session::Searched;
 use gravcal_session::draft::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints};
 use gravcal_session::read_session;
@@ -87,9 +87,9 @@ No pose was found. Any of these makes some:
     many poses: [readings.still] finds them.
   - Record again, and move one joint after the other to and fro, no faster than
     12 deg/s, while the rest stand: [readings.sweeps] makes a pose of each degree.
-  - Take rows of this recording in slow, even motion as poses, by limits on speed
-    and acceleration ([readings.select]): with --robot ROBOT --session OUT.toml
-    this command draws up such a session, with limits to look over.";
+  - Identify gravity, inertia and friction from this recording in motion
+    ([readings.motion]): with --robot ROBOT --session OUT.toml this command draws
+    up such a session.";
 
 /// What is told.
 #[derive(Serialize)]
@@ -250,7 +250,7 @@ fn report_session(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<
         Ok(session) => {
             let count = session.poses.len();
             notes.extend(session.doubts.into_iter().filter(|doubt| Some(doubt.as_str()) != poses.doubt()));
-            format!("It can be read, and has {count} poses. Next: gravcal check {}", path.display())
+            format!("It can be read, and has {count} poses. Next: gravcal check {}", in_command(path))
         }
         Err(error) => format!("It cannot be read as it is: {error}"),
     };

@@ -136,7 +136,9 @@ pub enum ReadError {
         columns: Vec<String>,
     },
     /// A cell that should hold a finite number holds something else.
-    #[error("{place}: expected a finite number, found `{found}`; leave the cell empty if a reading is missing")]
+    #[error(
+        "{place}: expected a finite number, found `{found}`; leave the cell empty if a reading is missing, and remove a row that gives units or is no reading"
+    )]
     NotANumber {
         /// The cell.
         place: Place,

@@ -32,6 +32,16 @@ pub fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
+/// A path as it is typed into a command: in quotes where a shell would take it for several words, or for more than a name.
+pub fn in_command(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    let plain = |letter: char| letter.is_alphanumeric() || "/._-+,:=@%".contains(letter);
+    match !path.is_empty() && path.chars().all(plain) {
+        true => path.into_owned(),
+        false => format!("'{}'", path.replace('\'', r"'\''")),
+    }
+}
+
 /// Whether a file holds these bytes and no others. No more of it is read than that takes.
 ///
 /// # Errors
@@ -140,5 +150,13 @@ mod tests {
         std::os::unix::fs::symlink(&file, &link).unwrap();
         assert_eq!(Table::read(&link).unwrap().len(), 1);
         assert_eq!(opened(folder.path()).unwrap_err().to_string(), "it is a folder, and no file");
+    }
+
+    #[test]
+    fn a_path_is_one_word_of_a_command() {
+        let typed = |path: &str| in_command(Path::new(path));
+        assert_eq!(typed("../day-1/arm_2.toml"), "../day-1/arm_2.toml");
+        assert_eq!(typed("my day/Prüfstand.toml"), "'my day/Prüfstand.toml'");
+        assert_eq!(typed("it's"), r"'it'\''s'");
     }
 }

@@ -93,7 +93,7 @@ pub use earlier::{
     EarlierQuantity, read_earlier, read_earlier_estimators, read_earlier_inputs, read_earlier_session,
 };
 pub use error::{Place, ReadError};
-pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, file_name, holds, read_whole};
+pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, file_name, holds, in_command, read_whole};
 pub use input_role::InputRole;
 pub use mapping::{PoseMapping, PositionColumn, ReadingColumn};
 pub use mapping_error::MappingError;

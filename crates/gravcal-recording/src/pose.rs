@@ -226,7 +226,7 @@ mod tests {
         assert_eq!(
             message("q,tau\n0,1\n1,inf\n", torque("tau")),
             "poses.csv:3: column `tau`: expected a finite number, found `inf`; \
-             leave the cell empty if a reading is missing"
+             leave the cell empty if a reading is missing, and remove a row that gives units or is no reading"
         );
     }
 

@@ -311,7 +311,7 @@ mod tests {
                 table.number(0, 1).unwrap_err().to_string(),
                 format!(
                     "poses.csv:3: column `tau1`: expected a finite number, found `{found}`; \
-                     leave the cell empty if a reading is missing"
+                     leave the cell empty if a reading is missing, and remove a row that gives units or is no reading"
                 )
             );
         }

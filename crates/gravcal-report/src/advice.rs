@@ -1,6 +1,6 @@
 //! What a result comes to, and what a person should do next: the same words wherever it is shown.
 
-use gravcal_calibration::result::{Concern, EstimatorResult, Verdict};
+use gravcal_calibration::result::{Concern, EstimatorResult, UncertaintyResult, Verdict};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::MistakenUnit;
@@ -206,12 +206,14 @@ fn likely_causes(result: &EstimatorResult) -> Vec<String> {
 }
 
 fn concerns(result: &EstimatorResult) -> Vec<Worded> {
-    result.concerns.iter().map(worded).collect()
+    let from_scatter = !matches!(result.uncertainty, None | Some(UncertaintyResult::Noise { .. }));
+    result.concerns.iter().map(|concern| worded(concern, from_scatter)).collect()
 }
 
-fn worded(concern: &Concern) -> Worded {
+/// `from_scatter`: whether standard deviations are from the scatter of the data already.
+fn worded(concern: &Concern, from_scatter: bool) -> Worded {
     match concern {
-        Concern::Misfit { times_noise } => misfit(*times_noise),
+        Concern::Misfit { times_noise } => misfit(*times_noise, from_scatter),
         Concern::NoiseStatedTooLarge { times_noise } => Worded {
             what: format!("the residuals are only {} times as large as the stated noise makes them (p > 0.999)", significant(*times_noise, 2)),
             steps: vec![
@@ -230,20 +232,19 @@ fn worded(concern: &Concern) -> Worded {
 }
 
 /// The readings are explained worse than their stated noise, and that is no accident.
-fn misfit(times_noise: f64) -> Worded {
+fn misfit(times_noise: f64, from_scatter: bool) -> Worded {
+    let until_then =
+        "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"jackknife\".";
+    let steps = [
+        "Look at the residuals: what depends on the angle is a sensor's or the model's, what depends on time a drift, single points are bad rows.",
+        "Let sensor_models in the session's [[joint]] say what is seen, or [loss] count outliers less; then calibrate again.",
+    ];
     Worded {
         what: format!(
             "the readings are explained {} times worse than their stated noise (p < 0.001)",
             significant(times_noise, 2)
         ),
-        steps: vec![
-            "Look at the residuals: what depends on the angle is a sensor's or the model's, what depends on time a drift, single \
-             points are bad rows."
-                .into(),
-            "Let sensor_models in the session's [[joint]] say what is seen, or [loss] count outliers less; then calibrate again."
-                .into(),
-            "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"jackknife\".".into(),
-        ],
+        steps: steps.into_iter().chain((!from_scatter).then_some(until_then)).map(str::to_owned).collect(),
     }
 }
 

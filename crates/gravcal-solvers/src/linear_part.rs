@@ -1,9 +1,10 @@
 //! The linear blocks of a problem: their optimum for given nonlinear ones.
 //!
 //! With the nonlinear blocks fixed the residual is affine, so one full step leads to the optimum, and the cost there is
-//! known beforehand. Where the cost found is another, a block is marked as linear in which the residuals are not affine.
+//! known beforehand. Where the cost found is another, and the residual halfway is not the mean of both ends', a block is marked as linear in which
+//! the residuals are not affine. The cost alone may be another where the step is ill conditioned.
 
-use gravcal_estimation::{BlockId, Problem, Unsupported, Values};
+use gravcal_estimation::{BlockId, Column, Problem, Unsupported, Values};
 
 use crate::{Point, Trial};
 
@@ -68,9 +69,24 @@ impl LinearPart {
         let there = here.attempt(&step, predicted);
         match there.actual.is_finite() {
             false => Ok(None),
-            true if as_foretold(&here, &there) => Ok(Some(there.values)),
+            true if as_foretold(&here, &there) || self.is_straight(&here, &step, &there.values) => {
+                Ok(Some(there.values))
+            }
             true => Err(Unsupported { solver, reason: not_affine(self.culprit(&here, &step)) }),
         }
+    }
+
+    /// Whether the residual halfway along a step is the mean of those at both ends, but for rounding.
+    fn is_straight(&self, here: &Point<'_>, step: &[f64], there: &Values) -> bool {
+        let half: Vec<f64> = step.iter().map(|entry| 0.5 * entry).collect();
+        let halfway = self.problem.retract(&here.values, &half);
+        let residuals = |values: &Values| self.problem.residuals(values).ok();
+        let [Some(start), Some(middle), Some(end)] = [&here.values, &halfway, there].map(residuals) else {
+            return false;
+        };
+        let norm = |of: &dyn Fn(usize) -> f64| (0..start.len()).map(|row| of(row).powi(2)).sum::<f64>().sqrt();
+        let bent = norm(&|row| middle[row] - 0.5 * (start[row] + end[row]));
+        bent <= WRONG_RESIDUAL * norm(&|row| end[row] - start[row]) + WRONG_TERMS * terms(here, there)
     }
 
     /// The block with which, moved one after the other, the cost is no longer the one foretold.
@@ -97,14 +113,18 @@ pub(crate) fn is_linear(problem: &Problem, id: BlockId) -> bool {
 
 /// Whether the cost fell as an affine residual's does, but for rounding.
 fn as_foretold(here: &Point<'_>, there: &Trial<'_>) -> bool {
-    let problem = here.problem;
-    let terms = problem.columns().iter().zip(&here.scaling).map(|(column, scale)| {
-        let size = |values: &Values| values.get(column.block)[column.index].abs();
-        scale * size(&here.values).max(size(&there.values))
-    });
     let residual = (2.0 * here.cost()).sqrt();
-    let wrong = WRONG_RESIDUAL * residual + WRONG_TERMS * terms.sum::<f64>();
+    let wrong = WRONG_RESIDUAL * residual + WRONG_TERMS * terms(here, &there.values);
     (there.actual - there.predicted).abs() <= wrong * (residual + wrong)
+}
+
+/// Sum of the linear terms, the larger of both points'.
+fn terms(here: &Point<'_>, there: &Values) -> f64 {
+    let of_column = |(column, scale): (&Column, &f64)| {
+        let size = |values: &Values| values.get(column.block)[column.index].abs();
+        scale * size(&here.values).max(size(there))
+    };
+    here.problem.columns().iter().zip(&here.scaling).map(of_column).sum()
 }
 
 fn not_affine(name: &str) -> String {

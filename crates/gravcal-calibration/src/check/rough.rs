@@ -14,7 +14,7 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
         return Vec::new();
     }
     let hypothetical = format!(
-        "Standard deviations below allow for errors that the noise does not explain, of {} % of the largest torque that each joint carries: \
+        "Standard deviations to expect allow for errors that the noise does not explain, of {} % of the largest torque that each joint carries: \
          most arms' friction leaves so much. If yours is known, state it (unexplained_std beside the std of [readings] torque).",
         100.0 * ROUGH
     );

@@ -11,6 +11,7 @@ use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
+use super::gains_of_instruments;
 use crate::result::{EstimatorResult, ParameterResult, deciding};
 
 /// No torque sensor is so many times more sensitive than it should be, or less.
@@ -34,7 +35,8 @@ pub fn doubts_of_results(session: &Session, results: &[EstimatorResult]) -> Vec<
 
 /// What these values make doubtful of the session.
 pub(crate) fn far_off(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
-    gains(session, parameters).into_iter().chain(offsets(session, parameters)).collect()
+    let instruments = gains_of_instruments::doubts(session, parameters);
+    gains(session, parameters).into_iter().chain(offsets(session, parameters)).chain(instruments).collect()
 }
 
 /// A torque gain that was found, beside its nominal value.

@@ -6,6 +6,7 @@ mod determined;
 mod far_off;
 mod fit;
 mod friction;
+mod gains_of_instruments;
 mod gravity;
 mod moments;
 mod outliers;

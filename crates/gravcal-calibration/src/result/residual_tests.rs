@@ -103,9 +103,9 @@ pub enum ResidualTestKind {
     },
     /// The gain of a torque sensor that drifts with time, or from pose to pose where no time is known.
     TorqueGainTrend,
-    /// A torque reading that goes with the square or cube of its torque.
+    /// A reading of a torque, or of an instrument's axis, that goes with the square or cube of what it senses.
     TorqueNonlinearity,
-    /// A torque reading that goes with torques of other joints.
+    /// A torque reading that goes with torques of other joints, or one of an instrument's axis with what its other axes sense.
     Crosstalk {
         /// The joint that the test is of: which sits elsewhere, is tilted, or (crosstalk) shows its torque in the reading.
         joint: String,

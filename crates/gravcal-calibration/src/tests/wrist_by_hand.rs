@@ -103,6 +103,24 @@ fn assert_true(result: &EstimatorResult) {
     }
 }
 
+/// A body that stood a degree from where its orientations say: what is read in one pose errs together, and intervals from noise of one size are too narrow.
+#[test]
+fn orientations_that_err_from_pose_to_pose_widen_what_is_told() {
+    let place = std::cell::Cell::new(0);
+    let off = |turned: &UnitQuaternion<f64>| {
+        let first = place.replace(place.get() + 3);
+        let turn = Vector3::from_fn(|axis, _| 0.02 * noise(1000 + first + axis));
+        wxyz(&(UnitQuaternion::from_scaled_axis(turn) * turned))
+    };
+    let text = SESSION.replace(", std = [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]", "");
+    let result = estimated(&read(&text, &table("w,x,y,z", 1.0, off)).unwrap());
+    let told = |note: &String| note.contains("as if the body were turned by");
+    assert!(result.notes.iter().any(told), "{:?}", result.notes);
+    assert!(matches!(result.uncertainty, Some(UncertaintyResult::LargerOfNoiseAndJackknife { .. })));
+    let sound = estimated(&read(&text, &table("w,x,y,z", 1.0, wxyz)).unwrap());
+    assert!(!sound.notes.iter().any(told), "{:?}", sound.notes);
+}
+
 #[test]
 fn a_wrist_sensor_is_calibrated_by_how_it_stood() {
     let session = read(SESSION, &table("w,x,y,z", 1.0, wxyz)).unwrap();

@@ -4,6 +4,7 @@ use gravcal_calibration::result::{EstimatorResult, ParameterResult, Verdict};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
+use crate::payload_text::found;
 use crate::sensor_row::{shown_unit, split_name};
 use gravcal_robot_model::number::{measured, shortest};
 
@@ -29,6 +30,18 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
                     }
                 }
             } }
+            (payloads(main))
+        }
+    }
+}
+
+/// Loads of unknown mass, a sentence each.
+fn payloads(main: &EstimatorResult) -> Markup {
+    html! {
+        @if !main.payloads.is_empty() {
+            h3 { "Loads of unknown mass" }
+            p.small { "Value ± standard deviation, in the frame of the link that carries each." }
+            ul { @for payload in &main.payloads { li { (found(payload)) } } }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::nearest_name;
+use gravcal_recording::{in_command, nearest_name};
 use serde::de::{DeserializeOwned, DeserializeSeed};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -32,7 +32,7 @@ impl Document {
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         if RECORDINGS.iter().any(|recording| extension.eq_ignore_ascii_case(recording)) {
             let inspect =
-                format!("`gravcal inspect {} --session session.toml` writes a session for it", path.display());
+                format!("`gravcal inspect {} --session session.toml` writes a session for it", in_command(path));
             return Err(FileError::new(path, format!("this is a recording, where a TOML file is expected; {inspect}")));
         }
         Document::of(path, read_text(path)?)

@@ -1,24 +1,11 @@
 //! How the poses of a draft come about: what `[readings]` says of motion.
 
-use std::fmt::Write;
-
-use gravcal_dynamics::JointKind;
 use gravcal_recording::TorqueUnit;
-use gravcal_robot_model::number::rounded;
 use gravcal_robot_model::session::Searched;
 
 use super::joints::DraftJoint;
-use super::quoting::{list, one_or_list, quoted};
+use super::quoting::quoted;
 use super::recorded::Draft;
-
-/// Rows over which an acceleration is a slope, and a speed.
-const ROWS_OF_SLOPE: f64 = 10.0;
-/// Share of a joint's largest speed from which on it surely moves.
-const MOVES: f64 = 0.1;
-
-/// Time over which what the model leaves out stays alike, s, and blocks of so long that there should be.
-const BLOCK_S: f64 = 0.75;
-const BLOCKS: u64 = 40;
 
 /// How poses come about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,8 +16,8 @@ pub(super) enum Rule {
     Still,
     /// Angles that a joint passes slowly both ways are.
     Sweeps,
-    /// Rows of an arm in motion that keep to limits are.
-    Select,
+    /// Windows of an arm in motion are.
+    Motion,
 }
 
 impl Rule {
@@ -39,7 +26,7 @@ impl Rule {
         match searched {
             None => Rule::Rows,
             Some(searched) if searched.found() == 0 && apart => Rule::Still,
-            Some(searched) if searched.found() == 0 => Rule::Select,
+            Some(searched) if searched.found() == 0 => Rule::Motion,
             Some(searched) if searched.sweeps.is_some() => Rule::Sweeps,
             Some(_) => Rule::Still,
         }
@@ -62,53 +49,8 @@ impl Draft<'_> {
                 let found = searched.map_or(0, Searched::found);
                 format!("{SWEEPS_BEFORE}{found}.\n[readings.sweeps]\n{SWEEPS}")
             }
-            Rule::Select => self.select(),
+            Rule::Motion => MOTION.to_owned(),
         }
-    }
-
-    fn select(&self) -> String {
-        let interval = self.inspection.time.as_ref().map_or(0.0, |time| time.interval_s);
-        let window = rounded(ROWS_OF_SLOPE * interval, 2);
-        let mut text = String::from(SELECT);
-        match self.velocities() {
-            Some(columns) => {
-                let names: Vec<&str> = columns.iter().map(|column| column.column.as_str()).collect();
-                let units: Vec<&str> = columns.iter().map(|column| column.unit.name).collect();
-                let _ =
-                    writeln!(text, "\n[readings.velocity]\ncolumns = {}\nunit = {}", list(&names), one_or_list(&units));
-            }
-            None => {
-                let _ = writeln!(text, "\n[readings.velocity]\nslope_over_s = {window}");
-            }
-        }
-        let _ = writeln!(
-            text,
-            "\n[readings.acceleration]\nslope_over_s = {window}             # of the speeds, over ten rows"
-        );
-        let units: Vec<&str> = self.joints.iter().map(|joint| if joint.slides() { "m/s²" } else { "rad/s²" }).collect();
-        let _ = writeln!(
-            text,
-            "\n[readings.select.arm]                # inertia: every joint's acceleration is felt in all torques\n\
-             acceleration_below = {{ value = 0.5, unit = {} }}",
-            one_or_list(&units)
-        );
-        let least: Vec<String> = self.joints.iter().map(|joint| rounded(joint.least_speed(), 2).to_string()).collect();
-        let units: Vec<&str> = self.joints.iter().map(|joint| joint.speed_unit()).collect();
-        let _ = writeln!(
-            text,
-            "\n[readings.select.joint]              # friction: only of a joint that surely moves is its sign known\n\
-             speed_above = {{ value = [{}], unit = {} }}",
-            least.join(", "),
-            one_or_list(&units)
-        );
-        text
-    }
-
-    /// Rows that may share an error: those of some time, if that leaves blocks enough to see how they scatter.
-    fn block_poses(&self) -> u64 {
-        let most = self.inspection.rows / BLOCKS;
-        let of_time = self.inspection.time.as_ref().map(|time| (BLOCK_S / time.interval_s).round() as u64);
-        of_time.map_or(most, |rows| rows.min(most)).max(1)
     }
 
     /// Sensors of the joints of an arm in motion: friction, and what makes little data suffice.
@@ -121,26 +63,7 @@ impl Draft<'_> {
             }
             text
         };
-        format!("{IN_MOTION}{}\n{}", self.block_poses(), joints.map(joint).collect::<String>())
-    }
-}
-
-impl DraftJoint {
-    fn slides(&self) -> bool {
-        self.kind == JointKind::Prismatic
-    }
-
-    fn speed_unit(&self) -> &'static str {
-        match &self.velocity {
-            Some((_, unit)) => unit.name,
-            None if self.slides() => "m/s",
-            None => "rad/s",
-        }
-    }
-
-    /// In its unit; where no column tells the speeds, what is slow for most arms.
-    fn least_speed(&self) -> f64 {
-        self.fastest.filter(|fastest| *fastest > 0.0).map_or(0.05, |fastest| MOVES * fastest)
+        IN_MOTION.to_owned() + &joints.map(joint).collect::<String>()
     }
 }
 
@@ -153,12 +76,9 @@ const NONE_STANDS: &str = "\
 ";
 
 const IN_MOTION: &str = "
-# A joint that moves has friction in its torque, and what the model leaves out exceeds the noise. A short recording without a load of known
-# mass may then leave an estimate without an answer: it helps to take the sensors as their maker calibrated them, by the lines
-# with `fixed`, and deviations from the scatter of blocks of rows:
-# [uncertainty]
-# kind = \"sandwich\"
-# block_poses = ";
+# A joint that moves has friction in its torque. Without a load of known mass torque gains and inertias have one common scale: it
+# helps to take the sensors as their maker calibrated them, by the lines with `fixed`.
+";
 
 const FRICTION: &str = "sensor_models = [{ kind = \"coulomb-friction\" }, { kind = \"viscous-friction\" }]\n";
 
@@ -176,7 +96,8 @@ const SWEEPS: &str = "# bin_deg = 1                          # a pose for each d
 # acceleration_below_rad_per_s2 = 0.05 # as is the square of the speed: faster is left out
 ";
 
-const SELECT: &str = "
-# The arm never stands still in the recording. So rows in slow, even motion are taken as poses: the limits are guesses. Standstills
-# (half a second or more in each pose) tell more, and need no limits: [readings.still] instead of the four sections that follow.
+const MOTION: &str = "
+# The arm never stands still in the recording. So gravity, inertia and friction are found together, from windows of the motion.
+# Standstills (half a second or more in each pose) tell the sensors better: [readings.still] instead of [readings.motion].
+[readings.motion]
 ";

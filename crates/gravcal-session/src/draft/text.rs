@@ -51,7 +51,7 @@ impl Draft<'_> {
         text += &self.csv_text();
         text += &self.rule(rule, searched);
         text += &self.own_units();
-        if rule == Rule::Select {
+        if rule == Rule::Motion {
             text += &self.sensors_in_motion();
         }
         text + &self.loads() + &self.poses_text(&recording)

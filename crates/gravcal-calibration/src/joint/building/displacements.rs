@@ -19,7 +19,7 @@ use crate::joint::measurement_set::{Displacements, MeasurementSet};
 use crate::joint::variables::{JointDisplacements, State, VariableIndex};
 
 /// How far from where they are described the joints of neighbouring chains are, m or rad.
-const STEP: f64 = 1e-3;
+pub(in crate::joint) const STEP: f64 = 1e-3;
 
 impl JointDisplacements {
     /// The unknown of these links' joints, from where `start` has it; nothing where there is none. `name`: the block's name and unit; `numbers`: what the
@@ -109,7 +109,7 @@ fn effect(
 }
 
 /// Residuals of the readings that enter, at these values and of this chain, by pose and channel; zero of those that do not enter.
-fn predictions(
+pub(in crate::joint) fn predictions(
     session: &Session,
     readings: &MeasurementSet,
     state: &State,

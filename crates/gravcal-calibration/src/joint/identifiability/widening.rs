@@ -9,7 +9,10 @@
 //! The factors of the second are those by which the noise's standard deviations are too small, whichever the session chooses. What is determined is
 //! judged after it: a term that the model lacks widens a number's interval, and does not take the number away.
 
-use gravcal_robot_model::parameter::ParameterId;
+use std::f64::consts::{PI, TAU};
+
+use gravcal_dynamics::JointKind;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
 use crate::joint::solved::{Nearby, Solved};
@@ -68,23 +71,34 @@ impl Solved {
         let of_gravity = columns.enumerate().map(|(place, column)| (column, along(place).abs()));
         let of_parameter = |id: ParameterId| {
             let block = self.built.variables.block(id);
-            let apart = (state.value(id) - self.estimate.values.scalar(block)).abs();
-            problem.columns_of(block).map(move |column| (column, apart))
+            let apart = state.value(id) - self.estimate.values.scalar(block);
+            let apart = if is_offset_of_turn(session, id) { within_half_a_turn(apart) } else { apart };
+            problem.columns_of(block).map(move |column| (column, apart.abs()))
         };
         of_gravity.chain(session.parameters().into_iter().flat_map(of_parameter)).collect()
     }
 }
 
+/// Whether a whole turn makes no difference to a parameter.
+fn is_offset_of_turn(session: &Session, id: ParameterId) -> bool {
+    let turns = |joint: usize| session.robot.chain.joints()[joint].kind != JointKind::Prismatic;
+    matches!(id, ParameterId::Sensor(joint, SensorParameter::PositionOffset) if turns(joint))
+}
+
+/// The same angle, rad, less whole turns.
+fn within_half_a_turn(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}
+
 #[cfg(test)]
 mod tests {
     use gravcal_estimation::RankAnalysis;
-    use gravcal_robot_model::parameter::SensorParameter;
 
     use super::*;
     use crate::joint::{Signals, select, solve};
     use crate::testing::{sarcos_shoulder, with_environment};
 
-    /// All is determined so well that nothing nearby is looked at.
+    /// All is determined so well that nothing nearby is looked at. A whole turn of an offset is no difference.
     #[test]
     fn an_end_of_another_start_widens_what_differs_there() {
         let session = sarcos_shoulder().session(0);
@@ -95,7 +109,7 @@ mod tests {
         let column = solved.judged_problem().columns_of(block).next().unwrap();
         let std = solved.uncertainty.covariance().std(column);
         let mut other = solved.state(&State::nominal(&session));
-        *other.value_mut(ParameterId::Sensor(1, SensorParameter::PositionOffset)) += 10.0 * std;
+        *other.value_mut(ParameterId::Sensor(1, SensorParameter::PositionOffset)) += TAU + 10.0 * std;
         let widened = Solved { elsewhere: vec![other], ..solved }.widened_beyond_linear(&session);
         // The other end lies within two of the standard deviations that are told.
         assert!((widened.uncertainty.covariance().std(column) / (5.0 * std) - 1.0).abs() < 1e-9);

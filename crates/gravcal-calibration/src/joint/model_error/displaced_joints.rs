@@ -48,17 +48,20 @@ impl Solved {
         let turned = if session.axis_std.is_some() { Vec::new() } else { tilted_links(session) };
         let state = self.state(&State::nominal(session));
         let [aside, tilted] = effects(session, self.readings(), &state, (placed, turned))?;
-        let column = |effect: Vec<Vec<f64>>| {
-            let of_row = |id: &ReadingId| effect[id.pose][id.channel] / self.readings().std(session, *id);
-            let mut column: Vec<f64> = self.built.rows.iter().map(of_row).collect();
-            column.resize(self.judged_problem().rows(), 0.0);
-            column
-        };
+        let column = |effect: Vec<Vec<f64>>| self.whitened(session, |id| effect[id.pose][id.channel]);
         let of = |(link, effects): (usize, Vec<Vec<Vec<f64>>>)| DisplacedJoint {
             link,
             columns: effects.into_iter().map(column).collect(),
         };
         Ok(DisplacedJoints { aside: aside.into_iter().map(of).collect(), tilted: tilted.into_iter().map(of).collect() })
+    }
+
+    /// What changes the readings by so much, unit of each, as a column of the problem that is judged.
+    pub(in crate::joint) fn whitened(&self, session: &Session, by: impl Fn(ReadingId) -> f64) -> Vec<f64> {
+        let of_row = |id: &ReadingId| by(*id) / self.readings().std(session, *id);
+        let mut column: Vec<f64> = self.built.rows.iter().map(of_row).collect();
+        column.resize(self.judged_problem().rows(), 0.0);
+        column
     }
 
     /// What displacements of joints do at its values, where that is an unknown and moves a reading by more than [`SETTLED`] from what it took it for.

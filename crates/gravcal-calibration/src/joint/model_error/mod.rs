@@ -9,5 +9,6 @@ pub(super) mod displaced_joints;
 mod farthest_from_earlier;
 pub(super) mod friction_by_load;
 pub(super) mod pose_errors;
+mod turned_instruments;
 pub(super) mod unexplained;
 pub(super) mod unexplained_size;

@@ -1,8 +1,8 @@
 //! Errors that differ from pose to pose by more than noise of one size: joints are not where their sensors say (backlash, coarse encoders, joints
 //! that do not hold), or torque sensors scatter more under more torque.
 //!
-//! Whitened residuals `r_p` of a pose then scatter by `σ² A` beside their noise: with `A = J Jᵀ`, `J` their slopes by the coordinates, where the
-//! joints are off by `δ ~ N(0, σ² I)`; with `A` the squares of the readings' torques where sensors scatter by a share `σ` of these. The score test
+//! Whitened residuals `r_p` of a pose then scatter by `σ² A` beside their noise: with `A = J Jᵀ`, `J` their slopes by the coordinates, or by turns of a body
+//! without joints, where these are off by `δ ~ N(0, σ² I)`; with `A` the squares of the readings' torques where sensors scatter by a share `σ` of these. The score test
 //! of `σ² = 0`, noise of each channel of unknown size, is
 //!
 //! ```text
@@ -20,11 +20,13 @@ use gravcal_dynamics::JointKind;
 use gravcal_estimation::statistics::{ResidualMaker, StatisticsError};
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::session::Session;
-use nalgebra::{DMatrix, DVector};
+use gravcal_robot_model::session::{ReadingId, Session};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3};
 
+use crate::joint::building::displacements::predictions;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
+use crate::joint::variables::State;
 use crate::judgement::too_large;
 
 /// Standard deviations of chance beyond which the errors are there.
@@ -39,6 +41,8 @@ pub(crate) enum PoseErrors {
     Positions(f64),
     /// Torque sensors scatter by this share of the torque.
     Torques(f64),
+    /// A body without joints is turned so far from where its orientations say, root mean square about each axis, rad.
+    Orientations(f64),
 }
 
 impl Solved {
@@ -58,6 +62,10 @@ impl Solved {
         }
         let maker = ResidualMaker::new(&self.solution())?;
         let scales = self.to_unit_noise(session, &maker);
+        if session.poses.iter().any(|pose| pose.orientation.is_some()) {
+            let turned = self.score(&maker, &scales, &self.of_orientations(session, &scales)?);
+            return Ok(turned.map(|turned| PoseErrors::Orientations(turned.size)));
+        }
         let positions = self.score(&maker, &scales, &self.of_positions(session, &scales)?);
         let torques = self.score(&maker, &scales, &self.of_torques(session, &scales)?);
         Ok(match (positions, torques) {
@@ -112,6 +120,29 @@ impl Solved {
             Ok(slope.iter().zip(&self.built.rows).map(|(slope, id)| slope * scales[id.channel]).collect())
         };
         let slopes: Vec<Vec<f64>> = turning.map(|(joint, _)| slope(joint)).collect::<Result<_, EvaluateError>>()?;
+        Ok(self.by_pose(|i, j| slopes.iter().map(|slope| slope[i] * slope[j]).sum()))
+    }
+
+    /// The same of a body that is turned about each axis of the base.
+    fn of_orientations(&self, session: &Session, scales: &[f64]) -> Result<Vec<OfPose>, EvaluateError> {
+        let state = self.state(&State::nominal(session));
+        let read = |session: &Session| predictions(session, self.readings(), &state, &session.robot.chain);
+        let here = read(session)?;
+        let slope = |axis: usize| {
+            let turn = Rotation3::new(Vector3::ith(axis, STEP));
+            let mut turned = session.clone();
+            for orientation in turned.poses.iter_mut().filter_map(|pose| pose.orientation.as_mut()) {
+                let other = turn.matrix() * Matrix3::from_fn(|row, column| orientation[row][column]);
+                *orientation = std::array::from_fn(|row| std::array::from_fn(|column| other[(row, column)]));
+            }
+            let there = read(&turned)?;
+            let of_row = |id: &ReadingId| {
+                let by = (there[id.pose][id.channel] - here[id.pose][id.channel]) / STEP;
+                scales[id.channel] * by / self.readings().std(session, *id)
+            };
+            Ok(self.built.rows.iter().map(of_row).collect())
+        };
+        let slopes: Vec<Vec<f64>> = (0..3).map(slope).collect::<Result<_, EvaluateError>>()?;
         Ok(self.by_pose(|i, j| slopes.iter().map(|slope| slope[i] * slope[j]).sum()))
     }
 

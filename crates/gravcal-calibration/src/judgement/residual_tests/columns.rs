@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use super::delayed;
 use super::friction_curve;
 use super::loads::{StatedLoad, stated_loads};
+use super::of_instruments::PredictedAxes;
 use super::of_torque::PredictedTorques;
 use super::order::sides_by_order;
 use super::rows::ReadingRow;
@@ -59,7 +60,7 @@ pub enum Term {
     TorqueGainTrend,
     /// In the unit of the reading, at the largest.
     TorqueNonlinearity,
-    /// Of all other joints that are read, in the unit of the reading for each N·m.
+    /// Of all other joints that are read, in the unit of the reading for each N·m; of an instrument, of its other axes in their units.
     Crosstalk,
     /// Of an arm in motion, in share of the reading.
     LoadFriction,
@@ -106,9 +107,12 @@ pub struct Columns<'a> {
     loads: Vec<StatedLoad>,
     /// Joints whose place or axis is taken as exact.
     displaced: DisplacedJoints,
+    /// What a radian does about each axis of instruments whose mounting is.
+    turned_instruments: Vec<Vec<f64>>,
     /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
     torques: Vec<Vec<f64>>,
     predicted: PredictedTorques,
+    of_axes: PredictedAxes,
     /// By pose, when it was read, s; nothing where any pose does not tell.
     times: Option<Vec<f64>>,
     /// The poses that are read, in the order of their times.
@@ -157,8 +161,10 @@ impl<'a> Columns<'a> {
             turned_gravity: Default::default(),
             loads: stated_loads(session, solved, rows)?,
             displaced: solved.displaced_joints(session)?,
+            turned_instruments: solved.turned_instruments(session)?,
             torques,
             predicted: PredictedTorques::new(session, solved)?,
+            of_axes: PredictedAxes::new(session, solved)?,
             times,
             in_order,
             places,
@@ -186,6 +192,8 @@ impl<'a> Columns<'a> {
             if !self.predictions.is_empty() {
                 terms.extend([Term::TorqueLag, Term::TorqueFilter, Term::LoadFriction, Term::FrictionCurve]);
             }
+        } else {
+            terms.extend([Term::TorqueNonlinearity, Term::Crosstalk]);
         }
         terms
     }
@@ -231,6 +239,11 @@ impl<'a> Columns<'a> {
         &self.session.robot.chain.movers()[self.displaced.aside[placement].link].name
     }
 
+    /// What a radian does about each axis of instruments whose mounting is taken as exact.
+    pub fn turned_instruments(&self) -> &[Vec<f64>] {
+        &self.turned_instruments
+    }
+
     /// Whether times are known.
     pub fn in_time(&self) -> bool {
         self.times.is_some()
@@ -254,6 +267,13 @@ impl<'a> Columns<'a> {
                 vec![self.reading(channel, |pose| f64::from(within(pose)) * self.predicted.reading(pose, channel))]
             }),
             Term::TorqueGainTrend => vec![self.times_reading(channel, self.trend(channel, |_| 0))],
+            Term::TorqueNonlinearity if channel >= self.session.joints.len() => {
+                POWERS.map(|power| self.reading(channel, |pose| self.of_axes.power(pose, channel, power))).into()
+            }
+            Term::Crosstalk if channel >= self.session.joints.len() => {
+                let others = self.of_axes.others(channel).into_iter();
+                others.map(|other| self.reading(channel, |pose| self.of_axes.reading(pose, other))).collect()
+            }
             Term::TorqueNonlinearity => {
                 POWERS.map(|power| self.reading(channel, |pose| self.predicted.power(pose, channel, power))).into()
             }
@@ -315,9 +335,12 @@ impl<'a> Columns<'a> {
         weighted_sum(&columns, coefficients, self.rows)
     }
 
-    /// The joint whose torque shows most in the reading of another, and its coefficient.
-    pub fn shows_most(&self, joint: usize, coefficients: &[f64]) -> Option<(usize, f64)> {
-        self.predicted.shows_most(joint, coefficients)
+    /// The joint whose torque, or the axis whose reading, shows most in the reading of another, and its coefficient.
+    pub fn shows_most(&self, channel: usize, coefficients: &[f64]) -> Option<(usize, f64)> {
+        match channel < self.session.joints.len() {
+            true => self.predicted.shows_most(channel, coefficients),
+            false => self.of_axes.shows_most(channel, coefficients),
+        }
     }
 
     /// Columns of a term as a model of it has it: what drifts was at the beginning what the parameter says.

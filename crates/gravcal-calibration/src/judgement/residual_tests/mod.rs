@@ -18,8 +18,8 @@
 //!
 //! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]).
 //!
-//! **What the robot's description says** of each joint: where it sits, as far as known masses beyond it show that (`joint/model_error/lengths.rs`), and how it is
-//! tilted (`joint/model_error/axes.rs`). Where one of these, or a load's mass, is named, the like may be as wrong. What hangs on what is taken as exact, and need
+//! **What the robot's description says** of each joint: where it sits, as far as known masses beyond it show that, and how it is tilted
+//! (`joint/model_error/displaced_joints.rs`). Where one of these, or a load's mass, is named, the like may be as wrong. What hangs on what is taken as exact, and need
 //! not show, is told beside ([`taken_as_exact`]).
 //!
 //! **From which side joints came**, as the session says it, or, in tables, as the order of rows tells it ([`order`]).
@@ -55,6 +55,7 @@ mod loads;
 mod looked_for;
 mod neighbours;
 mod nothing_named;
+mod of_instruments;
 mod of_solution;
 mod of_torque;
 mod one_test;

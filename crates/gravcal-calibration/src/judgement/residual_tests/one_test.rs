@@ -47,7 +47,11 @@ impl Search<'_> {
             Term::Crosstalk => {
                 let (other, size) = self.columns.shows_most(channel, &coefficients).unwrap_or((channel, 0.0));
                 let joint = self.session.channel_name(other);
-                (ResidualTestKind::Crosstalk { joint }, size, per_torque(self.session, channel, other, ""))
+                let unit = match channel < self.session.joints.len() {
+                    true => per_torque(self.session, channel, other, ""),
+                    false => format!("{unit}/({})", self.session.channel_unit(other)),
+                };
+                (ResidualTestKind::Crosstalk { joint }, size, unit)
             }
             Term::LoadFriction => (ResidualTestKind::LoadFriction, 100.0 * first.abs(), "%".to_owned()),
             Term::FrictionCurve => {

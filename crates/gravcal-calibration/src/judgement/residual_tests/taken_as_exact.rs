@@ -1,6 +1,6 @@
 //! What hangs on that which the session takes as exact.
 //!
-//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints: what is wrong of them passes for gains and offsets, so that residuals need not show it.
+//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints, mountings of instruments: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
 use gravcal_estimation::BlockId;
@@ -19,6 +19,8 @@ const ASIDE: f64 = 1e-3;
 const TILTED: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how much a joint bends under the largest torque that it carries, rad.
 const BENDS: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// By how much an instrument is turned against its mounting where nobody has measured, rad.
+const TURNED: f64 = 0.2 * std::f64::consts::PI / 180.0;
 /// By how many of its standard deviations that must move a number to be worth a remark.
 const REMARKABLE: f64 = 2.0;
 
@@ -48,6 +50,7 @@ impl Search<'_> {
             (!included(&|kind| matches!(kind, ResidualTestKind::JointTilt { .. }))).then(|| self.axes()),
             (!included(&|kind| matches!(kind, ResidualTestKind::LoadPlacement { .. }))).then(|| self.places_of_loads()),
             (!included(&|kind| matches!(kind, ResidualTestKind::Compliance))).then(|| self.stiffness()),
+            Some(self.mountings()),
         ];
         let mut taken = Vec::new();
         for Exact { wrong, cure, columns } in exact.into_iter().flatten() {
@@ -101,6 +104,18 @@ impl Search<'_> {
             wrong: format!("each joint bent by {}° under its largest torque", significant(BENDS.to_degrees(), 1)),
             cure: "state [deflection] compliance_std_rad_per_newton_metre",
             columns: joints.flat_map(|joint| self.columns.bent(joint, BENDS)).collect(),
+        }
+    }
+
+    fn mountings(&self) -> Exact {
+        let turned = self.columns.turned_instruments().iter();
+        Exact {
+            wrong: format!(
+                "each instrument were turned by {}° against its mounting, about each axis",
+                significant(TURNED.to_degrees(), 1)
+            ),
+            cure: "measure the mounting; of an accelerometer state mounting_std_deg",
+            columns: turned.map(|column| column.iter().map(|entry| TURNED * entry).collect()).collect(),
         }
     }
 

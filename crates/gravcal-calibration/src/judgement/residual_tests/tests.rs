@@ -550,6 +550,16 @@ fn a_joint_that_is_tilted_is_named_and_intervals_hold() {
     let found = named(&result);
     assert!(found[0].kind == tilted && found[0].spoils_intervals, "{found:?}");
     assert!((found[0].size / 0.015 - 1.0).abs() < 0.4 && found[0].unit == "rad", "{found:?}");
+    let unknown = estimate(&Session { axis_std: Some(0.01), ..session.clone() });
+    assert!(named(&unknown).is_empty() && unknown.verdict == Verdict::Determined, "{:?}", unknown.notes);
+    assert!(unknown.notes.iter().any(|note| note.starts_with("The readings tell how far axes are tilted")));
+    for (name, error) in errors(&session, &simulation, &unknown) {
+        assert!(error.abs() < 3.5, "{name} is {error} standard deviations off");
+    }
+    // A tenth of a degree, where it is more than half.
+    let doubted = estimate(&Session { axis_std: Some(0.001), ..session.clone() });
+    let contradicts = |note: &String| note.contains("contradict what the session says of the robot's axes");
+    assert!(doubted.verdict != Verdict::Determined && doubted.notes.iter().any(contradicts), "{:?}", doubted.notes);
     for (name, error) in errors(&session, &simulation, &result) {
         assert!(error.abs() < 3.0, "{name} is {error} standard deviations off");
     }
@@ -637,6 +647,30 @@ fn neighbours_that_are_alike_are_named() {
         others += named(&result).len() - named(&result).iter().filter(neighbours).count();
     }
     assert!(found == 4 && others <= 2, "{found} {others}");
+}
+
+/// A force that shows a hundredth of another one, as of a sensor that is turned by half a degree, and one that is bent by 2 % of its largest.
+#[test]
+fn axes_of_a_wrist_sensor_that_see_each_other_or_are_bent_are_named() {
+    let right = sarcos_with_instruments().session(0);
+    let changed = |change: &dyn Fn(f64, f64) -> f64| {
+        let mut session = right.clone();
+        for pose in &mut session.poses {
+            let other = pose.instruments[0].as_ref().map_or(0.0, |reading| reading.value);
+            if let Some(reading) = &mut pose.instruments[1] {
+                reading.value = change(reading.value, other);
+            }
+        }
+        named(&estimate(&session)).into_iter().map(|test| (test.channel.clone(), test.kind.clone())).collect::<Vec<_>>()
+    };
+    let largest =
+        right.poses.iter().filter_map(|pose| Some(pose.instruments[1].as_ref()?.value.abs())).fold(0.0, f64::max);
+    let kind = ResidualTestKind::Crosstalk { joint: right.channel_name(right.joints.len()) };
+    let seen = changed(&|own, other| own + 0.02 * other);
+    assert!(seen.contains(&(right.channel_name(right.joints.len() + 1), kind)), "{seen:?}");
+    let bent = changed(&|own, _| own * (1.0 + 0.04 * own / largest));
+    let kind = ResidualTestKind::TorqueNonlinearity;
+    assert!(bent.contains(&(right.channel_name(right.joints.len() + 1), kind)), "{bent:?}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use gravcal_robot_model::session::Session;
 
 use super::columns::ALL_JOINTS;
 use super::delayed::{cut_off, half_square};
+use super::of_instruments::of_axis;
 use super::of_torque::per_torque;
 use super::order::sides_by_order;
 use super::score::MATTERS;
@@ -307,7 +308,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         | ResidualTestKind::TorqueGainTrend
         | ResidualTestKind::TorqueNonlinearity
         | ResidualTestKind::Crosstalk { .. }
-        | ResidualTestKind::LoadFriction => of_torque(session, test),
+        | ResidualTestKind::LoadFriction => of_axis(session, test).unwrap_or_else(|| of_torque(session, test)),
         ResidualTestKind::FrictionCurve { speed } => of_friction_curve(session, test, *speed),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),

@@ -1,9 +1,9 @@
-//! Torque sensors whose largest or smallest reading is one number in several poses: they may be at the end of their range.
+//! Sensors of torque, and axes of instruments, whose largest or smallest reading is one number in several poses: they may be at the end of their range.
 //!
 //! Readings of a sensor that tells many digits hardly ever agree but there. Those of one that reads in steps do anywhere in its range, and often at its
 //! ends, as the torque of a turning joint hardly changes where it is largest. Means of many samples never agree, and show nothing.
 
-use crate::session::Session;
+use crate::session::{Pose, ReadingId, Session};
 
 /// Fewer readings show nothing.
 const LEAST: usize = 10;
@@ -14,14 +14,18 @@ const OFTENER: usize = 4;
 
 /// One sentence for each.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
-    (0..session.joints.len()).flat_map(|joint| of_joint(session, joint)).collect()
+    (0..session.channel_count()).flat_map(|channel| of_channel(session, channel)).collect()
 }
 
-fn of_joint(session: &Session, joint: usize) -> Vec<String> {
-    let read = session.poses.iter().filter_map(|pose| Some((pose.torque.get(joint)?.as_ref()?.value, &pose.position)));
-    let mut read: Vec<(f64, &Vec<f64>)> = read.collect();
+fn of_channel(session: &Session, channel: usize) -> Vec<String> {
+    let read = session
+        .poses
+        .iter()
+        .enumerate()
+        .filter_map(|(place, pose)| Some((session.reading(ReadingId { pose: place, channel })?.value, pose)));
+    let mut read: Vec<(f64, &Pose)> = read.collect();
     read.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let runs: Vec<&[(f64, &Vec<f64>)]> = read.chunk_by(|a, b| a.0 == b.0).collect();
+    let runs: Vec<&[(f64, &Pose)]> = read.chunk_by(|a, b| a.0 == b.0).collect();
     let [lowest, within @ .., highest] = &runs[..] else { return Vec::new() };
     if within.is_empty() || read.len() < LEAST {
         return Vec::new();
@@ -29,14 +33,19 @@ fn of_joint(session: &Session, joint: usize) -> Vec<String> {
     let common = within.iter().map(|run| run.len()).fold(0, usize::max);
     let fewest = if common == 1 { EQUAL } else { OFTENER * common + 1 };
     // Of a pose that is read again and again without noise nothing is known.
-    let apart = |run: &[(f64, &Vec<f64>)]| run.iter().any(|(_, position)| *position != run[0].1);
-    let clipped = |run: &&[(f64, &Vec<f64>)]| run.len() >= fewest && apart(run);
+    let stands = |pose: &Pose| (pose.position.clone(), pose.orientation);
+    let apart = |run: &[(f64, &Pose)]| run.iter().any(|(_, pose)| stands(pose) != stands(run[0].1));
+    let clipped = |run: &&[(f64, &Pose)]| run.len() >= fewest && apart(run);
     let ends = [("smallest", "lowest", lowest), ("largest", "highest", highest)];
-    let told = |(which, key, run): (&str, &str, &&[(f64, &Vec<f64>)])| {
+    let [reading, table] = match session.axis(channel) {
+        None => ["torque reading", "[readings] torque"],
+        Some(_) => ["reading", "its readings"],
+    };
+    let told = |(which, key, run): (&str, &str, &&[(f64, &Pose)])| {
         format!(
-            "The {which} torque reading of {}, {}, is the same number in {} different poses: the sensor may be at the end of its range there. If so, say \
-             where that is ({key} in [readings] torque): readings there are left out then.",
-            session.robot.chain.joints()[joint].name,
+            "The {which} {reading} of {}, {}, is the same number in {} different poses: the sensor may be at the end of its range there. If so, say \
+             where that is ({key} in {table}): readings there are left out then.",
+            session.channel_name(channel),
             run[0].0,
             run.len()
         )

@@ -27,6 +27,11 @@ impl Answer {
                  one side; where the sensors' errors are known, state them (std in [readings] position and torque).",
                 significant(std.to_degrees(), 2)
             ),
+            PoseErrors::Orientations(std) => format!(
+                "The readings of one pose err together, as if the body were turned by {} deg (root mean square, about each axis) from where its orientation \
+                 says, from pose to pose.{meant} Hold each pose longer, or tell orientations better.",
+                significant(std.to_degrees(), 2)
+            ),
             PoseErrors::Torques(share) => format!(
                 "Torques scatter more where they are larger, as if by {} % of the torque beside their noise.{meant}",
                 significant(100.0 * share, 2)
