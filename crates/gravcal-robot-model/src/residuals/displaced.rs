@@ -45,7 +45,7 @@ impl Displaced {
         let (width, numbers) = (starts[starts.len() - 1], columns.len());
         let pattern = |row: usize| {
             let own = described.row_pattern(row).map_or_else(|| vec![Range { start: 0, end: width }], <[_]>::to_vec);
-            own.into_iter().chain([width..width + numbers]).collect()
+            own.into_iter().chain(std::iter::once(width..width + numbers)).collect()
         };
         let patterns = (0..described.len()).map(pattern).collect();
         let columns = (0..described.len()).flat_map(|row| columns.iter().map(move |column| column[row])).collect();
