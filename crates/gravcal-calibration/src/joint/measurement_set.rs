@@ -50,9 +50,12 @@ pub(super) struct Bending {
 /// What joints do that are not where the robot's description has them: `building/displacements.rs` finds it.
 #[derive(Clone, Debug)]
 pub(super) struct Displacements {
-    /// By number of the unknowns, pose and channel, unit of the reading for each m or rad.
-    pub by_number: Vec<Vec<Vec<f64>>>,
+    /// By number of the unknowns.
+    pub by_number: Vec<Effect>,
 }
+
+/// What a displacement does to the readings: by pose and channel, unit of the reading for each m or rad.
+pub(super) type Effect = Vec<Vec<f64>>;
 
 impl MeasurementSet {
     /// Every reading of the session for which `keep` holds, copies of rows left out, with a first guess of unstated noise.

@@ -15,7 +15,7 @@ use crate::joint::building::axes::{across, tilted_links};
 use crate::joint::building::blocks::add_unknown_blocks;
 use crate::joint::building::factors::PoseResiduals;
 use crate::joint::building::lengths::{AXES, placed_links};
-use crate::joint::measurement_set::{Displacements, MeasurementSet};
+use crate::joint::measurement_set::{Displacements, Effect, MeasurementSet};
 use crate::joint::variables::{JointDisplacements, State, VariableIndex};
 
 /// How far from where they are described the joints of neighbouring chains are, m or rad.
@@ -65,8 +65,8 @@ fn tilted(session: &Session, link: usize) -> Vec<Chain> {
     across(chain, link).map(|axis| chain.with_joint_turned(link, (STEP * axis).into())).into()
 }
 
-/// What a unit (m or rad) of the displacement of a joint does to the readings: by link that it moves, number, pose and channel.
-pub(in crate::joint) type OfLinks = Vec<(usize, Vec<Vec<Vec<f64>>>)>;
+/// What a unit (m or rad) of the displacement of a joint does to the readings: by link that it moves, and number.
+pub(in crate::joint) type OfLinks = Vec<(usize, Vec<Effect>)>;
 
 /// What each displacement does at these values: of places of these links' joints along three axes, and of the axes of those about two.
 ///
@@ -100,7 +100,7 @@ fn effect(
     readings: &MeasurementSet,
     state: &State,
     (chain, described): (&Chain, &[Vec<f64>]),
-) -> Result<Vec<Vec<f64>>, EvaluateError> {
+) -> Result<Effect, EvaluateError> {
     let there = predictions(session, readings, state, chain)?;
     let of_pose = |(there, here): (&Vec<f64>, &Vec<f64>)| {
         there.iter().zip(here).map(|(there, here)| (there - here) / STEP).collect()
@@ -170,7 +170,7 @@ impl Displacements {
         if blocks.is_empty() {
             return described;
         }
-        let column = |number: &Vec<Vec<f64>>| used.iter().map(|channel| number[pose][*channel]).collect();
+        let column = |number: &Effect| used.iter().map(|channel| number[pose][*channel]).collect();
         let columns: Vec<Vec<f64>> = self.by_number.iter().map(column).collect();
         Arc::new(Displaced::new(described, &columns, |id| stored.get(id).len(), &blocks))
     }

@@ -12,7 +12,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use crate::joint::building::axes::{across, tilted_links};
 use crate::joint::building::displacements::effects;
 use crate::joint::building::lengths::{AXES, placed_links};
-use crate::joint::measurement_set::Displacements;
+use crate::joint::measurement_set::{Displacements, Effect};
 use crate::joint::solved::Solved;
 use crate::joint::variables::{JointDisplacements, State};
 
@@ -48,8 +48,8 @@ impl Solved {
         let turned = if session.axis_std.is_some() { Vec::new() } else { tilted_links(session) };
         let state = self.state(&State::nominal(session));
         let [aside, tilted] = effects(session, self.readings(), &state, (placed, turned))?;
-        let column = |effect: Vec<Vec<f64>>| self.whitened(session, |id| effect[id.pose][id.channel]);
-        let of = |(link, effects): (usize, Vec<Vec<Vec<f64>>>)| DisplacedJoint {
+        let column = |effect: Effect| self.whitened(session, |id| effect[id.pose][id.channel]);
+        let of = |(link, effects): (usize, Vec<Effect>)| DisplacedJoint {
             link,
             columns: effects.into_iter().map(column).collect(),
         };
@@ -84,7 +84,7 @@ impl Solved {
         let found: Vec<f64> = unknowns.flat_map(|unknown| self.estimate.values.get(unknown.block)).copied().collect();
         let numbers = || found.iter().zip(before.by_number.iter().zip(&now.by_number));
         let moved = |id: &ReadingId| {
-            let of_number = |(found, (before, now)): (&f64, (&Vec<Vec<f64>>, &Vec<Vec<f64>>))| {
+            let of_number = |(found, (before, now)): (&f64, (&Effect, &Effect))| {
                 found * (now[id.pose][id.channel] - before[id.pose][id.channel])
             };
             numbers().map(of_number).sum::<f64>().abs() / self.readings().std(session, *id)
