@@ -37,14 +37,17 @@ pub(super) fn doubts(session: &Session, parameters: &[ParameterResult]) -> Vec<S
 }
 
 fn of_instrument(session: &Session, instrument: &AuxiliarySensor, parameters: &[ParameterResult]) -> Vec<String> {
-    // Of a matrix the diagonal: what an axis reads of its own direction.
-    let own = instrument.gains.iter().zip(instrument.gain_parameters()).filter(|((read, sensed), _)| read == sensed);
+    // Of a matrix the diagonal: what an axis reads of its own direction, where it is read.
+    let own = instrument.gains.iter().zip(instrument.gain_parameters());
+    let own = own.filter(|((read, sensed), _)| read == sensed && instrument.units[*read].is_some());
     let gains: Vec<Option<Gain<'_>>> = own.map(|(_, place)| gain(&session.further[place].name(), parameters)).collect();
-    let all = |wrong: Wrong| gains.iter().all(|gain| gain.as_ref().is_some_and(|gain| gain.wrong == wrong));
+    let all = |wrong: Wrong| {
+        !gains.is_empty() && gains.iter().all(|gain| gain.as_ref().is_some_and(|gain| gain.wrong == wrong))
+    };
     let name = &instrument.name;
     if all(Wrong::Reversed) {
         return vec![format!(
-            "All gains of {name} are negative: it reads the opposite of what is declared. Say so (sign = \"reversed\"), or turn its mounting (rpy_deg)."
+            "All gains of {name} are negative: it reads the opposite of what is declared. Say so (sign = \"reversed\")."
         )];
     }
     let in_g = |gain: &Gain<'_>| instrument.kind == AuxiliarySensorKind::Accelerometer && IN_G.contains(&gain.ratio);

@@ -28,8 +28,6 @@ pub(super) struct DraftJoint {
     pub torque_range: [f64; 2],
     /// Ends of the torque sensor's range at which readings seem to be.
     pub clipped: Vec<f64>,
-    /// Largest speed that is recorded, in the unit of its column.
-    pub fastest: Option<f64>,
     /// What the robot file says of its sensors.
     pub nominal: NominalSensors,
 }
@@ -158,7 +156,6 @@ fn draft(
         reach: [position.lowest, position.highest],
         torque_range: torque.map_or([0.0; 2], |torque| [torque.lowest, torque.highest]),
         clipped: torque.map_or_else(Vec::new, |torque| torque.clipped.iter().map(|end| end.at).collect()),
-        fastest: velocity.map(|velocity| velocity.lowest.abs().max(velocity.highest.abs())),
         nominal,
     }
 }

@@ -12,9 +12,13 @@ use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::variables::{JointDisplacements, State};
 
-/// The links whose joint's axis may be tilted: all. None where moments are described by sweep.
+/// The links whose joint's axis may be tilted: all. None where moments are described by sweep, and of a body without joints.
 pub(in crate::joint) fn tilted_links(session: &Session) -> Vec<usize> {
-    if by_sweep(session) { Vec::new() } else { (0..session.robot.chain.link_count()).collect() }
+    if by_sweep(session) || session.joints.is_empty() {
+        Vec::new()
+    } else {
+        (0..session.robot.chain.link_count()).collect()
+    }
 }
 
 /// Adds the unknown, from where `start` has it; nothing where axes are exact, or it is not yet known what tilts do.

@@ -649,7 +649,7 @@ fn neighbours_that_are_alike_are_named() {
     assert!(found == 4 && others <= 2, "{found} {others}");
 }
 
-/// A force that shows a hundredth of another one, as of a sensor that is turned by half a degree, and one that is bent by 2 % of its largest.
+/// A force that shows two hundredths of another one, as of a sensor that is turned by a degree, and one that is bent by 4 % of its largest.
 #[test]
 fn axes_of_a_wrist_sensor_that_see_each_other_or_are_bent_are_named() {
     let right = sarcos_with_instruments().session(0);
