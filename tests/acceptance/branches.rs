@@ -181,7 +181,7 @@ fn what_branches_cannot_have_is_refused_with_a_cure() {
     let folder = simulated();
     let steps = gravcal_in(folder.path(), ["calibrate", "--full", "session.toml", "--estimator", "sequential"]);
     assert_eq!(steps.code, 2, "{steps:?}");
-    assert!(steps.stderr.contains("choose `joint` (estimators = [\"joint\"])"), "{steps:?}");
+    assert!(steps.stderr.contains("choose `joint` (--estimator joint, or estimators = [\"joint\"])"), "{steps:?}");
 
     let refused = |old: &str, new: &str| {
         change(folder.path(), "session.toml", old, new);

@@ -37,18 +37,18 @@ pub enum UnsuitableChoice {
     ResidualsIgnored,
     /// Estimators that read as the paper's steps do, for a body without joints.
     #[error(
-        "`{0}` follows the paper's steps along the joints of a robot, and the session has none: choose `joint` (estimators = [\"joint\"])"
+        "`{0}` follows the paper's steps along the joints of a robot, and the session has none: choose `joint` (--estimator joint, or estimators = [\"joint\"])"
     )]
     NoJoints(EstimatorName),
     /// Estimators that read as the paper's steps do, for a robot that is no serial chain.
     #[error(
         "`{0}` follows the paper's steps along one serial chain, and this robot branches or has joints that mimic others: \
-         choose `joint` (estimators = [\"joint\"])"
+         choose `joint` (--estimator joint, or estimators = [\"joint\"])"
     )]
     NoSerialChain(EstimatorName),
     /// Estimators that read as the paper's steps do, where these have nothing to read.
     #[error(
-        "`{0}` reads what the paper's steps read, and the session has no sweeps for them: choose `joint` (estimators = [\"joint\"])"
+        "`{0}` reads what the paper's steps read, and the session has no sweeps for them: choose `joint` (--estimator joint, or estimators = [\"joint\"])"
     )]
     NoSweeps(EstimatorName),
     /// Readings that cannot enter group by group.

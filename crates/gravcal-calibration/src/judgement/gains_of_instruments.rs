@@ -65,11 +65,14 @@ fn gain<'a>(name: &str, parameters: &'a [ParameterResult]) -> Option<Gain<'a>> {
     let (value, interval, nominal) = (found.value?, found.ci95?, found.nominal);
     let [one, other] = interval.map(|end| end / nominal);
     let (least, most) = (one.min(other), one.max(other));
-    let wrong = match () {
-        () if least.abs().max(most.abs()) < DEAD && least <= 0.0 && most >= 0.0 => Wrong::Dead,
-        () if least > FAR || (0.0..1.0 / FAR).contains(&most) => Wrong::Far,
-        () if most < 0.0 => Wrong::Reversed,
-        () => return None,
+    let wrong = if -DEAD < least && least <= 0.0 && 0.0 <= most && most < DEAD {
+        Wrong::Dead
+    } else if most < 0.0 {
+        Wrong::Reversed
+    } else if least > FAR || most < 1.0 / FAR {
+        Wrong::Far
+    } else {
+        return None;
     };
     Some(Gain { name: &found.name, ratio: value / nominal, wrong })
 }

@@ -18,7 +18,7 @@ use crate::joint::building::lengths::{AXES, placed_links};
 use crate::joint::measurement_set::{Displacements, Effect, MeasurementSet};
 use crate::joint::variables::{JointDisplacements, State, VariableIndex};
 
-/// How far from where they are described the joints of neighbouring chains are, m or rad.
+/// How far from where they are described joints, and mountings of instruments, are where it is computed what that does, m or rad.
 pub(in crate::joint) const STEP: f64 = 1e-3;
 
 impl JointDisplacements {

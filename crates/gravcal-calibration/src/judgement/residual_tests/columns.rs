@@ -33,6 +33,8 @@ const DRIFTING: usize = 4;
 /// A zero that changes on the way is looked for behind each but the last of so many parts of the poses, if there are so many poses.
 const PARTS: usize = 8;
 const FEWEST_PARTED: usize = 24;
+/// Fewer readings of an instrument's axis, of which gain, bias and what five other axes sense take up seven, hardly tell chance from what they share.
+const FEWEST_OF_AXIS: usize = 12;
 /// Travel over which friction is taken to build up where that is looked for, rad or m: that of most gears.
 const TRAVEL: f64 = 1e-3;
 
@@ -192,7 +194,7 @@ impl<'a> Columns<'a> {
             if !self.predictions.is_empty() {
                 terms.extend([Term::TorqueLag, Term::TorqueFilter, Term::LoadFriction, Term::FrictionCurve]);
             }
-        } else {
+        } else if self.readings[channel].len() >= FEWEST_OF_AXIS {
             terms.extend([Term::TorqueNonlinearity, Term::Crosstalk]);
         }
         terms
