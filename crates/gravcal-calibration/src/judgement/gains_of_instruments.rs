@@ -65,7 +65,7 @@ fn gain<'a>(name: &str, parameters: &'a [ParameterResult]) -> Option<Gain<'a>> {
     let (value, interval, nominal) = (found.value?, found.ci95?, found.nominal);
     let [one, other] = interval.map(|end| end / nominal);
     let (least, most) = (one.min(other), one.max(other));
-    let wrong = if -DEAD < least && least <= 0.0 && 0.0 <= most && most < DEAD {
+    let wrong = if (-DEAD..=0.0).contains(&least) && (0.0..DEAD).contains(&most) {
         Wrong::Dead
     } else if most < 0.0 {
         Wrong::Reversed
