@@ -28,6 +28,9 @@ pub struct State {
     pub loads: Vec<[f64; 3]>,
     /// The deflections of each sweep, in the order of the variables' own; empty where all are zero.
     pub deflections: Vec<Vec<f64>>,
+    /// Static friction of joints that stand while others sweep: by joint, to the side from which it came, then of each sweep, in the order of the
+    /// variables' own; unit of the torque reading, empty where there is none.
+    pub static_friction: Vec<Vec<f64>>,
     /// What friction leaves at rest, by joint, unit of the torque reading; empty where it is zero.
     pub at_rest: Vec<f64>,
     /// By how much joints bend that are not declared to, by joint, rad/(N·m); empty where none does.
@@ -55,6 +58,7 @@ impl State {
             sweep_moments: Vec::new(),
             loads: nominal_placements(session),
             deflections: Vec::new(),
+            static_friction: Vec::new(),
             at_rest: Vec::new(),
             bending: Vec::new(),
             lengths: Vec::new(),
@@ -111,6 +115,7 @@ impl State {
             sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
             loads: self.loads.iter().zip(&session.loads).map(placement).collect(),
             deflections: self.deflections.clone(),
+            static_friction: self.static_friction.clone(),
             at_rest: self.at_rest.clone(),
             bending: self.bending.clone(),
             lengths: self.lengths.clone(),

@@ -151,6 +151,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         with_payloads: Vec::new(),
         sweep_moments: Vec::new(),
         deflections: Vec::new(),
+        static_friction: Vec::new(),
         at_rest: Vec::new(),
         bending: Vec::new(),
         lengths: Vec::new(),

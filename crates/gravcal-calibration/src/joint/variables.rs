@@ -6,6 +6,8 @@ use gravcal_robot_model::residuals::Prior;
 
 pub use gravcal_robot_model::State;
 
+use crate::joint::building::static_friction::StaticFriction;
+
 /// The blocks of a joint problem.
 #[derive(Clone, Debug)]
 pub struct VariableIndex {
@@ -30,6 +32,8 @@ pub struct VariableIndex {
     pub loads: Vec<Option<Vec<BlockId>>>,
     /// Errors of positions: deflections of sweeps first, then those of single poses.
     pub position_unknowns: Vec<PositionUnknown>,
+    /// What static friction adds to what joints read while others sweep, where it is an unknown; unit of the torque reading.
+    pub static_friction: Option<StaticFriction>,
     /// What friction leaves at rest, where it is an unknown; unit of the torque reading.
     pub at_rest: Option<OfJoints>,
     /// How far joints bend under their torque, where that is an unknown; rad/(N·m).
@@ -76,6 +80,10 @@ impl VariableIndex {
             sweep_moments: self.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: self.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
             deflections: self.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
+            static_friction: self
+                .static_friction
+                .as_ref()
+                .map_or_else(Vec::new, |friction| friction.values(values, self.sensors.len())),
             at_rest: self.by_joint(self.at_rest.as_ref(), values),
             bending: self.by_joint(self.bending.as_ref(), values),
             lengths: self.lengths.as_ref().map_or_else(Vec::new, |lengths| values.get(lengths.block).to_vec()),
@@ -206,7 +214,7 @@ impl OfJoints {
         self.joints.iter().position(|other| *other == joint)
     }
 
-    fn by_joint(&self, values: &Values, joints: usize) -> Vec<f64> {
+    pub(super) fn by_joint(&self, values: &Values, joints: usize) -> Vec<f64> {
         let mut of_joints = vec![0.0; joints];
         self.joints.iter().zip(values.get(self.block)).for_each(|(joint, value)| of_joints[*joint] = *value);
         of_joints

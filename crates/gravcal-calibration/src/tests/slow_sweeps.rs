@@ -235,14 +235,42 @@ fn what_is_found_is_reported() {
     assert!(notes[0].starts_with("sweeps.csv: 7 slow sweeps found"), "{notes:?}");
     assert!(notes[1].contains("`shoulder.position` from -"), "{notes:?}");
     assert!(notes[1].contains("in 1 strokes up and 1 down: ") && notes[1].contains("(friction) 0.5"), "{notes:?}");
-    assert!(notes.iter().any(|note| note.contains("`elbow.position`, `shoulder.position` have friction")), "{notes:?}");
+    let sticking = |note: &String| note.starts_with("Joints with friction (shoulder 0.5 N·m, elbow 0.2 N·m): ");
+    assert!(result.notes.iter().any(sticking), "{:?}", result.notes);
     assert!(notes.iter().all(|note| result.notes.contains(note)), "{:?}", result.notes);
-    // A joint's readings count only where it sweeps, as friction at rest has any sign; both ways are poses of their own where the session asks
-    // for friction.
-    assert!(session.poses.iter().all(|pose| pose.torque.iter().flatten().count() == 1));
+    // Both ways are poses of their own where the session asks for friction.
     let (apart, _) = estimated(folder.path(), 1, "sensor_models = [{ kind = \"coulomb-friction\" }]");
     assert_eq!(apart.poses.len(), 2 * session.poses.len());
-    assert!(apart.poses.iter().all(|pose| pose.torque.iter().flatten().count() == 1));
+}
+
+/// Of a joint that stands while the other sweeps what is left of its friction is unknown, where each joint sweeps in a recording of its own, too,
+/// in which nothing is seen of the other's.
+#[test]
+fn friction_that_one_recording_shows_is_an_unknown_in_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let (together, _) = estimated(folder.path(), 1, "");
+    let [shoulder, elbow] = [0, 1]
+        .map(|joint| together.searched[0].sweeps.as_ref().unwrap().found.iter().filter(move |s| s.joint == joint));
+    let first_of_elbow = elbow.map(|sweep| sweep.interval[0]).fold(f64::INFINITY, f64::min);
+    assert!(shoulder.map(|sweep| sweep.interval[1]).all(|last| last < first_of_elbow));
+    let part = |bound: &str| format!("file = \"sweeps.csv\"\n{bound} = {first_of_elbow}\n");
+    let apart = format!("{}[[poses]]\n{}", part("until_s"), part("from_s"));
+    let text = SESSION.replace("MODELS", "").replace("file = \"sweeps.csv\"\n", &apart);
+    fs::write(folder.path().join("session.toml"), text).unwrap();
+    let apart = read_session(&folder.path().join("session.toml")).unwrap();
+    assert_eq!((apart.searched.len(), apart.poses.len()), (2, together.poses.len()));
+    for session in [together, apart] {
+        assert!(session.static_friction.iter().zip(&TRUTH).all(|(found, joint)| (found - joint.friction).abs() < 0.02));
+        let readings = select(&session, Signals::All);
+        let built = build_problem(&session, &readings, &State::nominal(&session)).unwrap();
+        let unknowns = built.variables.static_friction.unwrap();
+        assert_eq!(unknowns.sweeps.len(), 7);
+        assert!(unknowns.sweeps.iter().all(|(poses, unknown)| {
+            let swept = usize::from(session.poses[poses[0]].sweep_label.as_ref().unwrap().starts_with("elbow"));
+            unknown.joints == [1 - swept]
+                && (unknown.std[0] / TRUTH[1 - swept].friction * 3f64.sqrt() - 1.0).abs() < 0.05
+        }));
+    }
 }
 
 /// A session that is drawn up from the recording finds the same sweeps.

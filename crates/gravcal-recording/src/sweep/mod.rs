@@ -18,8 +18,8 @@
 //! 4. The scatter of the blocks about their lines, of all bins together, with the correlation from block to block, gives
 //!    standard errors ([`noise`]).
 //!
-//! A joint that stands holds friction, too, of any size up to `f`: where its own sweeps show friction, what it reads while others sweep is
-//! left out of the means.
+//! A joint that stands holds friction, too, of any size up to `f` and the same all through a sweep: what it reads while others sweep is off by that
+//! ([`Sweep::shown_friction`]).
 //!
 //! What the half difference holds besides friction: where the position lags behind the torque by a time `δ`, or the gear has backlash,
 //! the directions see the arm at different angles, which adds `k τ′(θ) θ̇ δ`; in the mean that cancels. A ripple of the torque whose

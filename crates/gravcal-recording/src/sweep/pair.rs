@@ -30,8 +30,6 @@ pub struct Sweep {
     pub strokes: [usize; 2],
     /// Width of its bins, rad.
     pub bin: f64,
-    /// Joints that stand here and whose own sweeps show friction: what they read while they stand holds friction of unknown sign.
-    pub sticking: Vec<usize>,
     /// Bins of strokes that were passed one way only.
     pub one_way: usize,
     /// Bins that were passed both ways, in the order of the joint's position.
@@ -47,24 +45,20 @@ pub struct SweptBin {
 }
 
 impl Sweep {
-    /// Its static poses, without the torques of joints that stick: of each bin the mean of both sides, in which friction cancels; or, if
-    /// `apart`, both sides, with their directions and speeds, and those from which the others came.
+    /// Its static poses: of each bin the mean of both sides, in which friction of the joint that sweeps cancels; or, if `apart`, both sides,
+    /// with their directions and speeds, and those from which the others came.
     pub fn poses(&self, apart: bool) -> impl Iterator<Item = StaticPose> + '_ {
         let of_bin = move |bin: &SweptBin| if apart { bin.sides.to_vec() } else { vec![bin.mean(self.joint)] };
-        self.bins.iter().flat_map(of_bin).map(|pose| self.without_sticking(pose))
+        self.bins.iter().flat_map(of_bin)
     }
 
-    fn without_sticking(&self, mut pose: StaticPose) -> StaticPose {
-        self.sticking.iter().for_each(|joint| pose.torque[*joint] = None);
-        pose
-    }
-
-    /// Whether the swept joint has friction that exceeds what the readings of single poses may be off.
-    fn shows_friction(&self) -> bool {
-        let Some((half, _)) = self.half_difference() else { return false };
+    /// Friction of the swept joint, in the unit of its torque reading, where it exceeds what the readings of single poses may be off.
+    pub fn shown_friction(&self) -> Option<f64> {
+        let (half, _) = self.half_difference()?;
         let stds: Vec<f64> = self.bins.iter().filter_map(|bin| bin.std(self.joint)).collect();
         let of_a_pose = if stds.is_empty() { 0.0 } else { median(stds) };
-        half.value.abs() > of_a_pose.max(SURELY * half.std.unwrap_or(0.0))
+        let size = half.value.abs();
+        (size > of_a_pose.max(SURELY * half.std.unwrap_or(0.0))).then_some(size)
     }
 
     /// Half the difference of the swept joint's torque reading between both ways, mean over the bins with its standard error, and the
@@ -167,11 +161,6 @@ pub(super) fn sweeps(
             found.push(sweep);
         }
     }
-    let sticky: BTreeSet<usize> =
-        found.iter().filter(|sweep| sweep.shows_friction()).map(|sweep| sweep.joint).collect();
-    for sweep in &mut found {
-        sweep.sticking = sticky.iter().copied().filter(|joint| *joint != sweep.joint).collect();
-    }
     found
 }
 
@@ -228,7 +217,6 @@ impl Maker<'_> {
                 .fold([f64::INFINITY, f64::NEG_INFINITY], |all, one| [all[0].min(one[0]), all[1].max(one[1])]),
             strokes: [ways[0].len(), ways[1].len()],
             bin: self.bin,
-            sticking: Vec::new(),
             one_way: indices.len() - bins.len(),
             bins,
         }

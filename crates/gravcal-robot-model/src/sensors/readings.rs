@@ -98,6 +98,7 @@ mod tests {
             sweep_moments: Vec::new(),
             loads: Vec::new(),
             deflections: Vec::new(),
+            static_friction: Vec::new(),
             at_rest: Vec::new(),
             bending: Vec::new(),
             lengths: Vec::new(),

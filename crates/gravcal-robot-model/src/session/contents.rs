@@ -62,6 +62,9 @@ pub struct Session {
     pub validation: Vec<Pose>,
     /// How far joints may be from where their position sensors say.
     pub deflection: Deflection,
+    /// Static friction of each joint in recorded slow sweeps, as these show it, in the unit of its torque reading: what the joint reads while others
+    /// sweep is off by some of it, the same all through a sweep. 0 of a joint that shows none; empty where nothing sweeps.
+    pub static_friction: Vec<f64>,
     /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
     pub saturated: Vec<usize>,
     /// How many torque readings of each joint were left out because the arm or the joint moved otherwise than
@@ -123,6 +126,7 @@ impl Session {
             poses: Vec::new(),
             validation: Vec::new(),
             deflection: Deflection::default(),
+            static_friction: Vec::new(),
             unexplained: Vec::new(),
             loss: Loss::None,
             uncertainty: UncertaintyChoice::default(),

@@ -20,6 +20,7 @@ mod repeated;
 pub mod rotors;
 mod searched;
 mod solver;
+mod static_friction;
 mod stuck;
 pub mod travel;
 mod unexplained;

@@ -104,22 +104,7 @@ fn sweep_notes(name: &str, sweeps: &Sweeps, mapping: &PoseMapping) -> Vec<String
     let Sweeps { found, rejected, repeated, without_time, interruptions, .. } = sweeps;
     let reported = format!("{name}: {} slow sweeps found{}", found.len(), reported_rejected(rejected));
     let notes = found.iter().map(|sweep| sweep_note(name, sweep, mapping));
-    let sticking: BTreeSet<&str> =
-        found.iter().flat_map(|sweep| &sweep.sticking).map(|joint| mapping.positions[*joint].column.as_str()).collect();
-    let sticking: Vec<String> = sticking.iter().map(|column| format!("`{column}`")).collect();
-    let sticking = (!sticking.is_empty()).then(|| {
-        format!(
-            "{name}: {} have friction; their torques count only where they sweep themselves, or with coulomb-friction in \
-             sensor_models.",
-            sticking.join(", ")
-        )
-    });
-    [reported]
-        .into_iter()
-        .chain(notes)
-        .chain(sticking)
-        .chain(oddities(name, *repeated, *without_time, *interruptions))
-        .collect()
+    [reported].into_iter().chain(notes).chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
 }
 
 /// One sweep, with its friction: half the difference of the torque readings of both ways.

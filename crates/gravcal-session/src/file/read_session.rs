@@ -108,7 +108,8 @@ fn read(
         ..declared.session(&context, &written)
     };
     let deflection = Deflection { rounding_std: deflection::rounding_std(&session), ..session.deflection.clone() };
-    let session = Session { deflection, ..session };
+    let static_friction = session.find_static_friction();
+    let session = Session { deflection, static_friction, ..session };
     let session = match &written.prior {
         None => session,
         Some(prior) => prior::resolve(&context, prior, all, session)?,

@@ -12,7 +12,7 @@ use gravcal_robot_model::sensors::SensorTerms;
 use gravcal_robot_model::session::{JointPriors, Load, Pose, PoseTable, Searched};
 
 use super::context::SessionError;
-use super::poses::{ReadPoses, WrittenTables, count_time_from_first};
+use super::poses::{PosesTable, ReadPoses, WrittenTables, count_time_from_first};
 use super::swept_speed::MovingArm;
 use super::wrapped::within_one_turn;
 use crate::document::{Document, FileError};
@@ -58,22 +58,8 @@ impl Recordings<'_> {
         motion: &InMotion,
     ) -> Result<ReadPoses, SessionError> {
         let mut all = ReadPoses::none(mapping.torques.len());
-        for (index, (written, table)) in self.written.iter().zip(tables).enumerate() {
-            let wrong = |error| self.written.wrong(self.document, index, error);
-            let rows = self.memory.open_as(&table.path, &mapping.csv).map_err(wrong)?;
-            let said = rows.metadata().get("load").cloned();
-            drop(rows);
-            if let Some(name) = said {
-                table.load = Some(self.load(index, &name, table.load)?);
-            }
-            let part = written.part_of_recording();
-            let search = Search { path: &table.path, memory: self.memory, mapping, part, watch: self.watch };
-            let mut searched = search.run(motion).map_err(wrong)?;
-            if searched.found() == 0 {
-                let (rejected, clock) = (searched.rejected(), Box::new(searched.clock()));
-                return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected, clock }));
-            }
-            self.subtract_speed(table.load, &mut searched);
+        for (index, table) in tables.iter_mut().enumerate() {
+            let mut searched = self.search(index, table, mapping, motion)?;
             // Where a sensor's model tells both ways of a sweep apart, each is a pose of its own.
             let mut poses = searched.poses(self.terms.need_direction());
             for joint in &self.terms.with_friction() {
@@ -94,6 +80,32 @@ impl Recordings<'_> {
             within_one_turn(&mut all.poses, mapping, &mut all.searched);
         }
         Ok(all)
+    }
+
+    /// What one recording holds. A load that only it names is entered in its table.
+    fn search(
+        &self,
+        index: usize,
+        table: &mut PoseTable,
+        mapping: &PoseMapping,
+        motion: &InMotion,
+    ) -> Result<Searched, SessionError> {
+        let wrong = |error| self.written.wrong(self.document, index, error);
+        let rows = self.memory.open_as(&table.path, &mapping.csv).map_err(wrong)?;
+        let said = rows.metadata().get("load").cloned();
+        drop(rows);
+        if let Some(name) = said {
+            table.load = Some(self.load(index, &name, table.load)?);
+        }
+        let part = self.written.iter().nth(index).map_or(Part::default(), PosesTable::part_of_recording);
+        let search = Search { path: &table.path, memory: self.memory, mapping, part, watch: self.watch };
+        let mut searched = search.run(motion).map_err(wrong)?;
+        if searched.found() == 0 {
+            let (rejected, clock) = (searched.rejected(), Box::new(searched.clock()));
+            return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected, clock }));
+        }
+        self.subtract_speed(table.load, &mut searched);
+        Ok(searched)
     }
 
     /// Takes the torque that the speed of sweeps makes in standing joints from what these read.

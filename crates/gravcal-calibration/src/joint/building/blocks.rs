@@ -8,6 +8,7 @@ use crate::joint::building::axes;
 use crate::joint::building::lengths;
 use crate::joint::building::placements::{add_placements, is_straight};
 use crate::joint::building::position_unknowns::add_unknowns;
+use crate::joint::building::static_friction;
 use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::model_error::at_rest;
@@ -32,11 +33,12 @@ pub(in crate::joint) fn add_unknown_blocks(
 ) -> VariableIndex {
     let variables = add_blocks(session, readings, start, true, builder);
     let position_unknowns = add_unknowns(session, readings, start, builder);
+    let static_friction = static_friction::add_unknown(session, start, builder);
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
     let bending = bending::add_unknown(session, readings, start, builder);
     let lengths = lengths::add_unknown(session, readings, start, builder);
     let axes = axes::add_unknown(session, readings, start, builder);
-    VariableIndex { position_unknowns, at_rest, bending, lengths, axes, ..variables }
+    VariableIndex { position_unknowns, static_friction, at_rest, bending, lengths, axes, ..variables }
 }
 
 pub(in crate::joint) fn add_blocks(
@@ -100,6 +102,7 @@ pub(in crate::joint) fn add_blocks(
         sweep_moments,
         loads,
         position_unknowns: Vec::new(),
+        static_friction: None,
         at_rest: None,
         bending: None,
         lengths: None,

@@ -46,6 +46,10 @@ pub(in crate::joint) fn add_readings(
             Some(lengths) if !session.has_windows() => lengths.around((session, variables, &stored), pose, residual),
             _ => residual,
         };
+        let residual = match &variables.static_friction {
+            Some(friction) => friction.around((session, variables, &stored), pose, residual),
+            None => residual,
+        };
         let residual = match &variables.at_rest {
             Some(at_rest) => at_rest::around((session, variables, &stored), at_rest, pose, residual),
             None => residual,

@@ -13,5 +13,6 @@ pub(super) mod modelled;
 pub(super) mod placements;
 pub(super) mod position_unknowns;
 pub(super) mod reference;
+pub(super) mod static_friction;
 pub(super) mod sweep_moments;
 pub(super) mod torques;

@@ -66,7 +66,7 @@ impl MeasurementSet {
         let shown: Vec<f64> = (0..session.joints.len()).map(shown).collect();
         let std = |joint: usize| match sides(joint) {
             // Its own errors are what its other parameters leave of it: that may be little.
-            Some(_) => shown[joint].max(of_nearest(session, &shown, joint)),
+            Some(_) => shown[joint].max(session.of_nearest(&shown, joint)),
             None => 0.0,
         };
         let at_rest: Vec<f64> = (0..shown.len()).map(std).collect();
@@ -86,17 +86,6 @@ impl MeasurementSet {
         let std = self.at_rest.get(id.channel).copied().unwrap_or(0.0);
         if std > 0.0 && side(session, id) == Some(0.0) { std * std } else { 0.0 }
     }
-}
-
-/// What the nearest other joint of the same kind shows, of two the larger, in the unit of this one's readings; zero where none shows anything.
-pub(super) fn of_nearest(session: &Session, shown: &[f64], joint: usize) -> f64 {
-    let chain = session.robot.chain.joints();
-    let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
-    let shows = |other: &usize| *other != joint && shown[*other] > 0.0 && chain[*other].kind == chain[joint].kind;
-    let others = (0..shown.len()).filter(shows);
-    let torques = others.map(|other| (other.abs_diff(joint), shown[other] / gain(other)));
-    let nearest = torques.min_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
-    nearest.map_or(0.0, |(_, torque)| torque * gain(joint))
 }
 
 /// Adds the unknown of the joints that have one, from where `start` has it.
@@ -302,9 +291,9 @@ mod tests {
         for (joint, gain) in [10.0, -100.0, 1.0].into_iter().enumerate() {
             session.joints[joint].parameters[SensorParameter::TorqueGain as usize].nominal = gain;
         }
-        assert_eq!(of_nearest(&session, &[2.0, 7.0, 0.5], 1), 50.0);
-        assert_eq!(of_nearest(&session, &[2.0, 30.0, 0.0], 2), 0.3);
-        assert_eq!(of_nearest(&session, &[0.0; 3], 1), 0.0);
+        assert_eq!(session.of_nearest(&[2.0, 7.0, 0.5], 1), 50.0);
+        assert_eq!(session.of_nearest(&[2.0, 30.0, 0.0], 2), 0.3);
+        assert_eq!(session.of_nearest(&[0.0; 3], 1), 0.0);
     }
 
     /// Its friction is the same in all of its poses.

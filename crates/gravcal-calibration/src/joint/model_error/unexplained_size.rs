@@ -9,7 +9,6 @@ use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
-use super::at_rest::of_nearest;
 use crate::joint::solved::Solved;
 use crate::result::UnexplainedResult;
 
@@ -41,7 +40,7 @@ pub(in crate::joint) fn err_as_neighbours(session: &Session, errors: &[Option<Be
             let held_against = std / share;
             channel < explained.len()
                 && held_against > gravity_std
-                && std <= ALIKE * of_nearest(session, &explained, channel)
+                && std <= ALIKE * session.of_nearest(&explained, channel)
         })
     };
     errors.iter().enumerate().map(is_alike).collect()

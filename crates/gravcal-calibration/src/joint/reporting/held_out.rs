@@ -72,8 +72,8 @@ pub(in crate::joint) fn of_validation(
         Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
     let MeasurementSet { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
     let readings = MeasurementSet { spreads, noise, unexplained, at_rest, ..MeasurementSet::select(&unseen, |_| true) };
-    // Joints that stand in other sweeps deflect otherwise.
-    let prediction = State { deflections: Vec::new(), ..found };
+    // Joints that stand in other sweeps deflect otherwise, and stick otherwise.
+    let prediction = State { deflections: Vec::new(), static_friction: Vec::new(), ..found };
     let readings = bending_as(fitted, readings, &unseen, &prediction)?;
     let readings =
         if fitted.displaced.is_some() { readings.with_displacements(&unseen, &prediction)? } else { readings };

@@ -1,5 +1,7 @@
 //! What every estimator's reader should know of a session, whatever comes out.
 
+use gravcal_dynamics::Joint;
+use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{InertiaPrior, PriorKind, Session};
 
@@ -20,6 +22,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
     }
     notes.extend(session.searched.iter().flat_map(|searched| searched.notes(&session.readings)));
     notes.extend(rounding_note(session));
+    notes.extend(static_friction_note(session));
     notes.extend(session.motion_notes());
     notes.extend(session.selection_note());
     let cut = session.robot.chain.cut_joints();
@@ -39,6 +42,23 @@ fn rounding_note(session: &Session) -> Option<String> {
             "Position readings step by up to {:.2} deg. Where a joint stands all through a sweep, what rounding leaves of its angle is an \
              unknown of that sweep.",
             (f64::sqrt(12.0) * coarsest).to_degrees()
+        )
+    })
+}
+
+/// What joints read while others sweep.
+fn static_friction_note(session: &Session) -> Option<String> {
+    let joints = session.robot.chain.joints().iter().enumerate();
+    let shown = joints.filter(|(joint, _)| session.static_friction.get(*joint).is_some_and(|friction| *friction > 0.0));
+    let of_joint = |(joint, described): (usize, &Joint)| {
+        let unit = session.channel_unit(joint);
+        format!("{} {} {unit}", described.name, significant(session.static_friction[joint], 2))
+    };
+    let shown: Vec<String> = shown.map(of_joint).collect();
+    (!shown.is_empty()).then(|| {
+        format!(
+            "Joints with friction ({}): what is left of it in a joint that stands, all through a sweep of another, is an unknown of that sweep.",
+            shown.join(", ")
         )
     })
 }

@@ -51,25 +51,45 @@ pub(in crate::joint) fn solve_from(
     if !converged {
         return Ok(solved);
     }
+    // What a displaced joint does would pass for errors at rest, or for bending.
+    let solved = match solved.displaced_anew(session)? {
+        Some(displaced) => {
+            let readings = MeasurementSet { displaced: Some(displaced), ..solved.readings().clone() };
+            solve_again(session, &solved, &readings, environment)?
+        }
+        None => solved,
+    };
     let (at_rest, bending) = (solved.readings().with_friction_at_rest(session), Bending::of(session, &solved)?);
-    let displaced = solved.displaced_anew(session)?;
-    if at_rest.is_none() && bending.is_none() && displaced.is_none() {
-        return Ok(solved);
-    }
-    let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
-    readings.bending = bending.map(Arc::new).or(readings.bending);
-    readings.displaced = displaced.or(readings.displaced);
-    let mut further = solve_again(session, &solved, &readings, environment)?;
+    let solved = match at_rest.is_some() || bending.is_some() {
+        true => {
+            let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
+            readings.bending = bending.map(Arc::new).or(readings.bending);
+            solve_again(session, &solved, &readings, environment)?
+        }
+        false => solved,
+    };
+    with_constants_anew(session, solved, environment)
+}
+
+/// Takes anew from a solution what is constant in a solve, and goes on from there, until no reading moves: after an image of a solution, too.
+///
+/// # Errors
+/// Those of [`solve_from`].
+pub(in crate::joint) fn with_constants_anew(
+    session: &Session,
+    mut solved: Solved,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
     for _ in 0..if environment.is_rough() { 0 } else { FURTHER_TAKES } {
-        let (bent, displaced) = (further.bent_anew(session)?, further.displaced_anew(session)?);
+        let (bent, displaced) = (solved.bent_anew(session)?, solved.displaced_anew(session)?);
         if bent.is_none() && displaced.is_none() {
             break;
         }
-        let mut readings = bent.unwrap_or_else(|| further.readings().clone());
+        let mut readings = bent.unwrap_or_else(|| solved.readings().clone());
         readings.displaced = displaced.or(readings.displaced);
-        further = solve_again(session, &further, &readings, environment)?;
+        solved = solve_again(session, &solved, &readings, environment)?;
     }
-    Ok(further)
+    Ok(solved)
 }
 
 /// Goes on from a solution with other unknowns.

@@ -23,7 +23,7 @@ use gravcal_robot_model::session::{Load, Session};
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::solved::Solved;
-use crate::joint::solving::solve_from::solve_built;
+use crate::joint::solving::solve_from::{solve_built, with_constants_anew};
 use crate::joint::starting::start::start_around;
 use crate::joint::variables::State;
 
@@ -119,7 +119,14 @@ impl Symmetry for TurnedAxes<'_> {
         true
     }
 
-    fn replaced(&self, solved: Solved, end: Solved, _: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
+    /// Joints that bend, or are displaced, do something else there.
+    fn replaced(
+        &self,
+        solved: Solved,
+        end: Solved,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Solved, EstimateError> {
+        let end = with_constants_anew(self.session, end, environment)?;
         Ok(Solved { sign_known: solved.sign_known, ..end })
     }
 }
