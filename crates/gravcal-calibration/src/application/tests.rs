@@ -71,6 +71,7 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
         quantities,
         covariance: Vec::new(),
         blocks_left_out: None,
+        sandwich_blocks: None,
         doubts: Vec::new(),
         inertias: None,
         payloads: Vec::new(),

@@ -78,6 +78,17 @@ pub struct SensorComparison {
     pub models_differ_in: Vec<String>,
     /// Absent where nothing of it can be compared.
     pub test: Option<HomogeneityTest>,
+    /// Where it moved beside the others only: its own test tells no move.
+    pub beside_others: Option<BesideOthers>,
+}
+
+/// Why a sensor is named that by itself is where it was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BesideOthers {
+    /// Probability of such differences of all sensors together, if none has moved.
+    pub p_value: f64,
+    /// Sensors that may have moved in its stead.
+    pub or: Vec<String>,
 }
 
 /// What is not compared.

@@ -13,6 +13,8 @@
 //! Covariances that leaving out blocks of poses told have only as many degrees of freedom as there were blocks, less one (ν, the fewest
 //! of all calibrations). Then `χ²/d · (ν − p + 1)/ν` is held against F with d and ν − p + 1 degrees of freedom, as Hotelling's T² is.
 //!
+//! **Beside the others.** What moved by less than its own uncertainty is seen where that is common to all sensors (`beside_others.rs`).
+//!
 //! **Doubts.** What moved by errors of a model has not moved: where intervals of a calibration may not hold, that is told before any sensor
 //! is named ([`Comparison::doubts`]).
 //!
@@ -26,21 +28,23 @@
 //! **What is not seen.** A parameter that any of the calibrations holds or leaves open may have moved unnoticed:
 //! [`Comparison::not_seen`].
 
+mod beside_others;
 mod compared;
+mod homogeneity;
 mod sensor;
 #[cfg(test)]
 mod tests;
 
 use gravcal_recording::EarlierEstimate;
 use gravcal_robot_model::session::BASE_FRAME_CHOICE;
-use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 pub use compared::{
-    ComparedParameter, Comparison, ComparisonError, GRAVITY, HomogeneityTest, LeftOut, SIGNIFICANCE, SensorComparison,
+    BesideOthers, ComparedParameter, Comparison, ComparisonError, GRAVITY, HomogeneityTest, LeftOut, SIGNIFICANCE,
+    SensorComparison,
 };
 
-use sensor::{Estimates, Sensor, sensors};
+use homogeneity::test;
+use sensor::{Sensor, sensors};
 
 /// Compares calibrations of one robot, in the order of their time.
 ///
@@ -60,6 +64,7 @@ pub fn compare(calibrations: &[&EarlierEstimate]) -> Result<Comparison, Comparis
         return Err(ComparisonError::NothingInCommon);
     }
     correct(&mut sensors);
+    beside_others::name(calibrations, &mut sensors, freedom);
     let doubts = calibrations.iter().map(|calibration| calibration.doubts.clone()).collect();
     Ok(Comparison { sensors, base_frame: base_frame(calibrations), doubts })
 }
@@ -73,7 +78,7 @@ fn tested(sensor: Sensor, freedom: Option<f64>) -> SensorComparison {
         left_out.push(LeftOut { name: name.clone(), why, can_move: true });
         parameters.clear();
     }
-    SensorComparison { name, parameters, left_out, in_all, models_differ_in, test }
+    SensorComparison { name, parameters, left_out, in_all, models_differ_in, test, beside_others: None }
 }
 
 fn base_frame(calibrations: &[&EarlierEstimate]) -> Vec<String> {
@@ -84,48 +89,6 @@ fn base_frame(calibrations: &[&EarlierEstimate]) -> Vec<String> {
         }
     }
     names
-}
-
-/// `None` where a covariance cannot be inverted.
-fn test(estimates: &Estimates, freedom: Option<f64>) -> Option<HomogeneityTest> {
-    let weights: Vec<DMatrix<f64>> = estimates
-        .covariances
-        .iter()
-        .map(|covariance| Some(covariance.clone().cholesky()?.inverse()))
-        .collect::<Option<_>>()?;
-    let size = estimates.values.first()?.len();
-    let sum = weights.iter().fold(DMatrix::zeros(size, size), |sum, weight| sum + weight);
-    let weighted = weights.iter().zip(&estimates.values).fold(DVector::zeros(size), |sum, (w, x)| sum + w * x);
-    let mean = sum.cholesky()?.solve(&weighted);
-    let of = |(weight, value): (&DMatrix<f64>, &DVector<f64>)| (value - &mean).dot(&(weight * (value - &mean)));
-    let chi_squared: f64 = weights.iter().zip(&estimates.values).map(of).sum();
-    let degrees_of_freedom = (estimates.values.len() - 1) * size;
-    let p_value = probability(chi_squared, degrees_of_freedom as f64, size as f64, freedom)?;
-    let steps: Option<Vec<f64>> = (1..estimates.values.len()).map(|next| step(estimates, next)).collect();
-    let largest = steps?.into_iter().enumerate().fold((0, 0.0), |most, step| if step.1 > most.1 { step } else { most });
-    Some(HomogeneityTest {
-        chi_squared,
-        degrees_of_freedom,
-        p_value,
-        corrected_p_value: p_value,
-        moved: false,
-        largest_step: largest,
-    })
-}
-
-/// Probability of a χ² at least as large; `None` where covariances have too few degrees of freedom for so many parameters.
-fn probability(chi_squared: f64, degrees_of_freedom: f64, parameters: f64, freedom: Option<f64>) -> Option<f64> {
-    let Some(freedom) = freedom else { return Some(ChiSquared::new(degrees_of_freedom).ok()?.sf(chi_squared)) };
-    let left = freedom - parameters + 1.0;
-    let statistic = chi_squared / degrees_of_freedom * left / freedom;
-    Some(FisherSnedecor::new(degrees_of_freedom, left).ok()?.sf(statistic))
-}
-
-/// χ² of the difference to the calibration before.
-fn step(estimates: &Estimates, next: usize) -> Option<f64> {
-    let difference = &estimates.values[next] - &estimates.values[next - 1];
-    let covariance = &estimates.covariances[next] + &estimates.covariances[next - 1];
-    Some(difference.dot(&covariance.cholesky()?.solve(&difference)))
 }
 
 /// Holm's method: the k-th smallest of m p-values counts m − k + 1 times, and no less than a smaller one.

@@ -223,7 +223,7 @@ fn reported(calibrations: &[&EarlierEstimate], name: &str, unit: &str) -> Compar
 
 impl Estimates {
     /// Of quantities that every covariance has.
-    fn new(calibrations: &[&EarlierEstimate], names: &[&str]) -> Estimates {
+    pub fn new(calibrations: &[&EarlierEstimate], names: &[&str]) -> Estimates {
         let of = |calibration: &&EarlierEstimate| {
             let places: Vec<usize> = names.iter().filter_map(|name| place(calibration, name)).collect();
             let all = calibration.quantities.len();
@@ -273,7 +273,7 @@ impl Estimates {
     }
 
     /// In units of the first one's standard deviations, so that units do not matter to the digits.
-    fn scaled(self) -> Estimates {
+    pub fn scaled(self) -> Estimates {
         let Some(first) = self.covariances.first() else { return self };
         let scale =
             DVector::from_iterator(first.nrows(), first.diagonal().iter().map(|variance| 1.0 / variance.sqrt()));

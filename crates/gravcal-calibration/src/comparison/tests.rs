@@ -38,6 +38,7 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
         quantities: result.covariance.order.iter().map(quantity).collect(),
         covariance: result.covariance.matrix.concat(),
         blocks_left_out: None,
+        sandwich_blocks: None,
         doubts: Vec::new(),
         inertias: None,
         payloads: Vec::new(),
@@ -56,6 +57,59 @@ fn calibrations(simulation: &Simulation, trials: std::ops::Range<u64>) -> Vec<Ea
         earlier(&answers[0])
     };
     trials.into_par_iter().map(one).collect()
+}
+
+/// A calibration of these torque gains, each uncertain by 3 % together with all others and by a thousandth on its own.
+fn of_gains(gains: &[f64]) -> EarlierEstimate {
+    let names: Vec<String> = (1..=gains.len()).map(|joint| format!("joint{joint}.torque_gain")).collect();
+    let parameter = |(name, value): (&String, &f64)| EarlierParameter {
+        name: name.clone(),
+        unit: "V/(N·m)".to_owned(),
+        value: Some(*value),
+        held: None,
+        std: Some(0.03),
+        ci95: None,
+        convention: String::new(),
+        nominal: 1.0,
+    };
+    let quantity = |(name, value): (&String, &f64)| EarlierQuantity { terms: vec![(name.clone(), 1.0)], value: *value };
+    let entry = |(i, j): (usize, usize)| 9e-4 + if i == j { 1e-6 } else { 0.0 };
+    let places = (0..gains.len()).flat_map(|i| (0..gains.len()).map(move |j| (i, j)));
+    EarlierEstimate {
+        parameters: names.iter().zip(gains).map(parameter).collect(),
+        quantities: names.iter().zip(gains).map(quantity).collect(),
+        covariance: places.map(entry).collect(),
+        gravity: None,
+        gravity_ci95: None,
+        cone95_deg: None,
+        blocks_left_out: None,
+        sandwich_blocks: None,
+        doubts: Vec::new(),
+        inertias: None,
+        payloads: Vec::new(),
+    }
+}
+
+#[test]
+fn a_gain_that_moved_within_an_error_that_all_share_is_named_beside_the_others() {
+    let before = of_gains(&[1.0, 1.001, 0.999, 1.0005]);
+    let moved = |gains: &[f64]| {
+        let compared = compare(&[&before, &of_gains(gains)]).unwrap();
+        let of = |sensor: &SensorComparison| {
+            assert!(!sensor.test.as_ref().unwrap().corrected_p_value.lt(&SIGNIFICANCE), "by itself it is where it was");
+            (sensor.name.clone(), sensor.beside_others.as_ref().unwrap().or.clone())
+        };
+        compared.moved().map(of).collect::<Vec<_>>()
+    };
+    assert_eq!(moved(&[1.02, 1.021, 1.019, 1.0205]), [], "all by one scale");
+    assert_eq!(moved(&[1.02, 1.021, 1.03, 1.0205]), [("joint3 torque".to_owned(), vec![])]);
+    let two = moved(&[1.03, 1.021, 1.0, 1.0205]);
+    assert_eq!(two.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["joint1 torque", "joint3 torque"]);
+    // Of two gains either may have moved.
+    let before = of_gains(&[1.0, 1.0]);
+    let compared = compare(&[&before, &of_gains(&[1.0, 1.02])]).unwrap();
+    let named: Vec<usize> = compared.moved().map(|sensor| sensor.beside_others.as_ref().unwrap().or.len()).collect();
+    assert_eq!(named, [1]);
 }
 
 /// Largest distance of an empirical distribution from the uniform one (Kolmogorov, Smirnov).
@@ -227,6 +281,7 @@ fn holm_counts_the_smallest_most() {
         in_all: true,
         models_differ_in: vec![],
         test: test(p),
+        beside_others: None,
     };
     let mut sensors = [0.04, 0.002, 0.03].map(sensor);
     correct(&mut sensors);

@@ -27,6 +27,14 @@ pub enum EstimateError {
     /// It could not be judged.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// As many numbers as readings: nothing is left that tells their noise.
+    #[error(
+        "{readings} readings, and as many numbers that they could tell: nothing is left that tells their noise; state it (std beside the unit in [readings]), or add poses"
+    )]
+    NoiseUntold {
+        /// How many readings there are.
+        readings: usize,
+    },
     /// How uncertain it is could not be told.
     #[error("no standard deviations: {0}")]
     Statistics(#[from] StatisticsError),

@@ -28,6 +28,7 @@ use gravcal_estimation::Termination;
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
+use crate::joint::building::build::build_problem;
 use crate::joint::ends::other_ends::or_other_end;
 use crate::joint::ends::symmetries::settled;
 use crate::joint::error::EstimateError;
@@ -55,6 +56,7 @@ pub fn solve(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     environment.report("starting values");
+    check_noise_told(session, readings)?;
     let sample = Sample::new(session, readings)?;
     let start = match (&readings.order, known) {
         (Order::Together, _) => best_start(session, &sample, known, environment)?,
@@ -68,6 +70,21 @@ pub fn solve(
     match is_doubtful(session, &solved)? {
         true => likeliest_of_other_starts(session, readings, &sample, solved, known, environment),
         false => Ok(solved),
+    }
+}
+
+/// Beside what is known from an earlier calibration, readings that tell no more numbers than they are have residuals of any size, and no noise that could be
+/// estimated: its likelihood has no maximum.
+fn check_noise_told(session: &Session, readings: &MeasurementSet) -> Result<(), EstimateError> {
+    if session.earlier.is_none() || !session.noise_estimated().contains(&true) {
+        return Ok(());
+    }
+    let alone = Session { earlier: None, ..session.clone() };
+    let built = build_problem(&alone, readings, &State::nominal(session))?;
+    let rows = built.problem.rows();
+    match rows > Solved::at_start(built)?.analysis.rank() {
+        true => Ok(()),
+        false => Err(EstimateError::NoiseUntold { readings: readings.count() }),
     }
 }
 

@@ -9,6 +9,8 @@
 //! gains is open, so is that of all moments: combinations that do not change with it are zero by themselves and say nothing, and linear
 //! knowledge of them would not hold at another scale.
 
+use std::collections::HashMap;
+
 use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Problem, RankAnalysis, Values, sparse_basis};
 use gravcal_robot_model::parameter::SensorParameter;
@@ -91,6 +93,14 @@ fn combinations(
         vector
     };
     let weight = if first > 0 { OF_STANDING } else { 1.0 };
+    // What is known no better than without any reading is no number, and its covariance nothing but rounding.
+    let widths: HashMap<usize, f64> =
+        problem.reference().map(|reference| reference.std_by_column(problem)).into_iter().flatten().collect();
+    let wide = |function: &LinearFunction| {
+        let squares =
+            function.iter().map(|(column, c)| (c * widths.get(column).copied().unwrap_or(f64::INFINITY)).powi(2));
+        squares.sum::<f64>().sqrt()
+    };
     let determined = analysis.determined_within(&columns, &moved).into_iter();
     let determined: Vec<Vec<f64>> = determined.map(|vector| weigh(vector, weight)).collect();
     let plain = |vector: Vec<f64>| match vector[..first].iter().any(|entry| *entry != 0.0) {
@@ -101,7 +111,7 @@ fn combinations(
     sparse_basis(&determined, 1e-7)
         .into_iter()
         .map(plain)
-        .map(|coefficients| {
+        .filter_map(|coefficients| {
             let used = || coordinates.iter().zip(&coefficients).filter(|(_, c)| **c != 0.0);
             let by_column: Vec<(usize, f64)> = used().map(|((column, _, _), c)| (*column, *c)).collect();
             let reported = MomentResult {
@@ -109,7 +119,7 @@ fn combinations(
                 value: used().map(|((_, id, i), c)| c * values.get(*id)[*i]).sum(),
                 std: covariance.std_of(&by_column),
             };
-            DeterminedMoment { reported, function: by_column }
+            (reported.std < wide(&by_column)).then_some(DeterminedMoment { reported, function: by_column })
         })
         .collect()
 }

@@ -235,7 +235,7 @@ fn what_is_found_is_reported() {
     assert!(notes[0].starts_with("sweeps.csv: 7 slow sweeps found"), "{notes:?}");
     assert!(notes[1].contains("`shoulder.position` from -"), "{notes:?}");
     assert!(notes[1].contains("in 1 strokes up and 1 down: ") && notes[1].contains("(friction) 0.5"), "{notes:?}");
-    let sticking = |note: &String| note.starts_with("Joints with friction (shoulder 0.5 N·m, elbow 0.2 N·m): ");
+    let sticking = |note: &String| note.starts_with("Joints with friction (shoulder 0.50 N·m, elbow 0.20 N·m): ");
     assert!(result.notes.iter().any(sticking), "{:?}", result.notes);
     assert!(notes.iter().all(|note| result.notes.contains(note)), "{:?}", result.notes);
     // Both ways are poses of their own where the session asks for friction.
@@ -258,7 +258,7 @@ fn friction_that_one_recording_shows_is_an_unknown_in_all() {
     let text = SESSION.replace("MODELS", "").replace("file = \"sweeps.csv\"\n", &apart);
     fs::write(folder.path().join("session.toml"), text).unwrap();
     let apart = read_session(&folder.path().join("session.toml")).unwrap();
-    assert_eq!((apart.searched.len(), apart.poses.len()), (2, together.poses.len()));
+    assert_eq!(apart.searched.len(), 2);
     for session in [together, apart] {
         assert!(session.static_friction.iter().zip(&TRUTH).all(|(found, joint)| (found - joint.friction).abs() < 0.02));
         let readings = select(&session, Signals::All);

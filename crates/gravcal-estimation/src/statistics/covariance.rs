@@ -28,12 +28,28 @@ pub struct Covariance {
     eliminated: Option<(Arc<EliminatedColumns>, f64)>,
     /// Factor of each column's standard deviation; nothing where all are 1.
     widening: Option<Arc<[f64]>>,
+    /// What errors that no reading shows add: by how much each moves the columns, one standard deviation of it.
+    systematic: Vec<Arc<[f64]>>,
+}
+
+/// Correlation from which on two columns move together.
+const TOGETHER: f64 = 0.9;
+
+/// The column of the largest factor above 1.
+fn largest(factors: &[Option<f64>]) -> Option<(usize, f64)> {
+    let factors = factors.iter().enumerate().filter_map(|(column, factor)| Some((column, (*factor)?)));
+    factors.filter(|(_, factor)| *factor > 1.0).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// What is added to a standard deviation of 1 that is multiplied by a factor, as squares add up.
+fn beyond(factor: f64) -> f64 {
+    ((factor - 1.0).max(0.0)).sqrt() * (factor + 1.0).sqrt()
 }
 
 impl Covariance {
     /// `tangent`: `size` rows, one after the other.
     pub(crate) fn new(tangent: Vec<f64>, size: usize) -> Self {
-        Covariance { tangent, size, eliminated: None, widening: None }
+        Covariance { tangent, size, eliminated: None, widening: None, systematic: Vec::new() }
     }
 
     /// The same of a problem with eliminated blocks, of whose shared columns `tangent` is.
@@ -82,14 +98,47 @@ impl Covariance {
     pub fn scaled(&self, factor: f64) -> Covariance {
         let eliminated = self.eliminated.as_ref().map(|(eliminated, own)| (Arc::clone(eliminated), factor * own));
         let tangent = self.tangent.iter().map(|v| factor * v).collect();
-        Covariance { tangent, size: self.size, eliminated, widening: self.widening.clone() }
+        let systematic = self.systematic.iter().map(|moved| moved.iter().map(|moved| factor.sqrt() * moved).collect());
+        let (widening, systematic) = (self.widening.clone(), systematic.collect());
+        Covariance { tangent, size: self.size, eliminated, widening, systematic }
     }
 
     /// The same with the standard deviation of each of the problem's columns multiplied by its factor, and correlations as they are.
     pub fn widened(&self, factors: &[f64]) -> Covariance {
         let before = |column: usize| self.widening.as_ref().map_or(1.0, |before| before[column]);
-        let factors = factors.iter().enumerate().map(|(column, factor)| factor * before(column));
-        Covariance { widening: Some(factors.collect()), ..self.clone() }
+        let all = factors.iter().enumerate().map(|(column, factor)| factor * before(column));
+        let moved = |moved: &Arc<[f64]>| moved.iter().zip(factors).map(|(moved, factor)| factor * moved).collect();
+        let systematic = self.systematic.iter().map(moved).collect();
+        Covariance { widening: Some(all.collect()), systematic, ..self.clone() }
+    }
+
+    /// The same with errors beside it, `Σ + Σ_k Δ_k Δ_kᵀ`: by `Δ_k` each moves the columns. What is known well of a combination stays so as far as
+    /// errors do not move it.
+    pub fn with_systematic(&self, moved: &[Vec<f64>]) -> Covariance {
+        let systematic = self.systematic.iter().cloned().chain(moved.iter().map(|moved| moved.as_slice().into()));
+        Covariance { systematic: systematic.collect(), ..self.clone() }
+    }
+
+    /// The errors beside it that multiply the standard deviation of each column by its factor: one of each group of columns that move together, in the
+    /// direction in which they do. Columns without a factor move with those that they are hardly known apart from.
+    pub fn errors_of(&self, factors: &[Option<f64>]) -> Vec<Vec<f64>> {
+        let mut left: Vec<Option<f64>> = factors.to_vec();
+        let mut errors = Vec::new();
+        while let Some((leader, factor)) = largest(&left) {
+            let std = self.std(leader);
+            let mut moved = vec![0.0; left.len()];
+            for (column, left) in left.iter_mut().enumerate() {
+                let (own, with_leader) = (self.std(column), self.at(column, leader) / std);
+                if own > 0.0 && with_leader.abs() > TOGETHER * own {
+                    let size = left.map_or(beyond(factor) * with_leader.abs(), |factor| beyond(factor) * own);
+                    moved[column] = size.copysign(with_leader);
+                    *left = left.map(|_| 1.0);
+                }
+            }
+            left[leader] = Some(1.0);
+            errors.push(moved);
+        }
+        errors
     }
 
     /// Standard deviation of the linear function `Σ coefficient · column`.
@@ -99,14 +148,25 @@ impl Covariance {
 
     /// Covariance of linear functions, row-major.
     pub fn of(&self, functions: &[LinearFunction]) -> Vec<f64> {
-        functions.iter().flat_map(|a| functions.iter().map(|b| self.between(a, b))).collect()
+        let count = functions.len();
+        let mut all = vec![0.0; count * count];
+        // Each once: what rounding leaves differs with the order of sums.
+        for (i, a) in functions.iter().enumerate() {
+            for (j, b) in functions[..=i].iter().enumerate() {
+                let both = self.between(a, b);
+                (all[i * count + j], all[j * count + i]) = (both, both);
+            }
+        }
+        all
     }
 
     fn between(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
-        let Some(factors) = &self.widening else { return self.between_narrow(a, b) };
+        let moved = |moved: &[f64], function: &[(usize, f64)]| function.iter().map(|(i, c)| c * moved[*i]).sum::<f64>();
+        let systematic: f64 = self.systematic.iter().map(|error| moved(error, a) * moved(error, b)).sum();
+        let Some(factors) = &self.widening else { return self.between_narrow(a, b) + systematic };
         let wide =
             |function: &[(usize, f64)]| function.iter().map(|(i, c)| (*i, c * factors[*i])).collect::<LinearFunction>();
-        self.between_narrow(&wide(a), &wide(b))
+        self.between_narrow(&wide(a), &wide(b)) + systematic
     }
 
     fn between_narrow(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
@@ -253,6 +313,22 @@ mod tests {
         let wide = narrow.widened(&[3.0, 1.0]).widened(&[1.0, 2.0]);
         assert!((wide.std(0) - 0.6).abs() < 1e-12 && (wide.std(1) - 0.6).abs() < 1e-12);
         assert!((wide.correlation(0, 1) - narrow.correlation(0, 1)).abs() < 1e-12);
+    }
+
+    /// Two numbers whose product is known to a thousandth stay so where each is uncertain by more.
+    #[test]
+    fn errors_of_what_moves_together_leave_the_rest_as_well_known() {
+        let narrow = Covariance::new(vec![1.0, -1.0, 0.1, -1.0, 1.000_001, 0.0, 0.1, 0.0, 1.0], 3);
+        let errors = narrow.errors_of(&[Some(2.0), None, Some(3.0)]);
+        let wide = narrow.with_systematic(&errors);
+        assert_eq!(errors.len(), 2);
+        let close = |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-5, "{value} {expected}");
+        close(wide.std(0), 2.0);
+        close(wide.std(1), 2.0);
+        close(wide.std(2), 3.0);
+        close(wide.std_of(&[(0, 1.0), (1, 1.0)]), narrow.std_of(&[(0, 1.0), (1, 1.0)]));
+        close(wide.widened(&[2.0; 3]).std(0), 4.0);
+        close(wide.scaled(4.0).std(0), 4.0);
     }
 
     #[test]

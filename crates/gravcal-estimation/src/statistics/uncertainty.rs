@@ -48,14 +48,27 @@ impl Uncertainty {
         }
     }
 
-    /// The same where something adds to the standard deviation of each column by this factor that no solution contains, those of replicates as little
-    /// as the estimate: their percentiles say nothing of it, and intervals are symmetric.
+    /// The same with the standard deviation of each column multiplied by its factor, columns that move together moving so still
+    /// ([`Covariance::errors_of`]). Replicates stay as they are, as in [`Uncertainty::widened`].
     #[must_use]
-    pub fn with_systematic(self, factors: &[f64]) -> Uncertainty {
-        if factors.iter().all(|factor| *factor == 1.0) {
+    pub fn widened_together(self, factors: &[Option<f64>]) -> Uncertainty {
+        match self.spread {
+            Spread::Replicates(_) => self,
+            spread => {
+                let errors = self.covariance.errors_of(factors);
+                Uncertainty { covariance: self.covariance.with_systematic(&errors), spread }
+            }
+        }
+    }
+
+    /// The same where errors move the columns by so much each that no solution contains, those of replicates as little as the estimate: their
+    /// percentiles say nothing of it, and intervals are symmetric.
+    #[must_use]
+    pub fn with_systematic(self, moved: &[Vec<f64>]) -> Uncertainty {
+        if moved.iter().flatten().all(|moved| *moved == 0.0) {
             return self;
         }
-        let covariance = self.covariance.widened(factors);
+        let covariance = self.covariance.with_systematic(moved);
         let spread = match self.spread {
             Spread::Replicates(replicates) => Spread::Quantile(replicates.quantile()),
             spread => spread,

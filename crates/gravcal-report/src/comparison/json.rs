@@ -31,6 +31,15 @@ struct SensorDocument<'a> {
     left_out: Vec<String>,
     in_all: bool,
     models_differ_in: &'a [String],
+    beside_others: Option<BesideDocument<'a>>,
+}
+
+/// Where it moved beside the others only.
+#[derive(Serialize)]
+struct BesideDocument<'a> {
+    p_value: f64,
+    /// Sensors that may have moved in its stead.
+    or: &'a [String],
 }
 
 #[derive(Serialize)]
@@ -68,7 +77,7 @@ pub(super) fn json(report: &ComparisonReport<'_>) -> Result<String, JsonError> {
 }
 
 fn sensor(sensor: &SensorComparison) -> SensorDocument<'_> {
-    let SensorComparison { name, parameters, left_out, in_all, models_differ_in, test } = sensor;
+    let SensorComparison { name, parameters, left_out, in_all, models_differ_in, test, beside_others } = sensor;
     SensorDocument {
         name,
         test: test.as_ref().map(reported),
@@ -76,6 +85,7 @@ fn sensor(sensor: &SensorComparison) -> SensorDocument<'_> {
         left_out: left_out.iter().map(LeftOut::to_string).collect(),
         in_all: *in_all,
         models_differ_in,
+        beside_others: beside_others.as_ref().map(|beside| BesideDocument { p_value: beside.p_value, or: &beside.or }),
     }
 }
 

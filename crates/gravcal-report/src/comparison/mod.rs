@@ -73,6 +73,7 @@ mod tests {
             in_all: true,
             models_differ_in: vec![],
             test: Some(test(196.4, 2.1e-43, true)),
+            beside_others: None,
         };
         let position = SensorComparison {
             name: "joint1 position".into(),
@@ -85,6 +86,7 @@ mod tests {
             in_all: true,
             models_differ_in: vec![],
             test: Some(test(1.2, 0.55, false)),
+            beside_others: None,
         };
         Comparison {
             sensors: vec![torque, position],

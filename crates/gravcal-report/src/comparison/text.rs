@@ -50,7 +50,8 @@ fn verdict(comparison: &Comparison) -> String {
 /// A sensor, with all that may have moved in its stead.
 fn moved(comparison: &Comparison, sensor: &SensorComparison) -> String {
     let offsets = comparison.base_frame.iter().filter(|_| sensor.name == GRAVITY);
-    std::iter::once(&sensor.name).chain(offsets).cloned().collect::<Vec<_>>().join(" or ")
+    let others = sensor.beside_others.iter().flat_map(|beside| &beside.or);
+    std::iter::once(&sensor.name).chain(offsets).chain(others).cloned().collect::<Vec<_>>().join(" or ")
 }
 
 /// What a move of gravity means, if it moved.
@@ -94,7 +95,16 @@ fn tests(report: &ComparisonReport<'_>) -> String {
          has moved.",
         if tests == 1 { "test" } else { "tests" },
     );
-    format!("{}{}", grid.lines("  "), wrapped("  ", "  ", &explained))
+    let beside = report.comparison.sensors.iter().find_map(|sensor| sensor.beside_others.as_ref());
+    let beside = beside.map_or_else(String::new, |beside| {
+        let explained = format!(
+            "beside the others: by itself it is within its uncertainty, which all have in common (what tells the scale of torques, say); together with the \
+             others such differences have p {}.",
+            probability(beside.p_value)
+        );
+        wrapped("  ", "  ", &explained)
+    });
+    format!("{}{}{beside}", grid.lines("  "), wrapped("  ", "  ", &explained))
 }
 
 /// That it moved, and in what if only a part of it is compared; of more than two calibrations, when.
@@ -104,6 +114,7 @@ fn step(report: &ComparisonReport<'_>, sensor: &SensorComparison) -> String {
         return part.map_or_else(String::new, |part| format!("{part} only"));
     };
     let moved = part.map_or_else(|| "moved".to_owned(), |part| format!("{part} moved"));
+    let moved = if sensor.beside_others.is_some() { format!("{moved} beside the others") } else { moved };
     match report.files.len() {
         2 => moved,
         _ => format!("{moved}, most from {} to {}", test.largest_step.0 + 1, test.largest_step.0 + 2),

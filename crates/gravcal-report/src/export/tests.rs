@@ -41,6 +41,7 @@ fn estimate() -> EarlierEstimate {
         quantities: vec![EarlierQuantity { terms: vec![("gravity.x".into(), 1.0)], value: 0.1 }],
         covariance: vec![1e-4],
         blocks_left_out: None,
+        sandwich_blocks: None,
         doubts: Vec::new(),
         inertias: None,
         payloads: Vec::new(),

@@ -1,9 +1,10 @@
 //! Quantities known together: those of an earlier calibration.
 //!
 //! ```text
-//!     Σ_j c_ij x_j = v_i        for all i, with a common covariance
+//!     a_i Σ_j c_ij x_j = v_i        for all i, with a common covariance
 //! ```
 //!
+//! `a_i` is 1, or a torque gain: readings tell masses and moments times that, far better than either by itself.
 //! `x_j` are stored numbers of any blocks. A vector on a sphere has two rows, along its tangent plane at the known value.
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
@@ -13,6 +14,8 @@ use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut}
 pub struct KnownCombination {
     /// In the unit of `value` a unit of the number.
     pub terms: Vec<(BlockId, usize, f64)>,
+    /// `a`: a number of one block; `None`: 1.
+    pub times: Option<(BlockId, usize)>,
     /// `v`.
     pub value: f64,
 }
@@ -28,19 +31,23 @@ pub struct LinearPrior {
 struct Row {
     /// Block (by its place among the blocks), number in it and coefficient of each term.
     terms: Vec<(usize, usize, f64)>,
+    times: Option<(usize, usize)>,
     value: f64,
 }
 
 impl LinearPrior {
     /// One row a quantity.
     pub fn new(quantities: Vec<KnownCombination>) -> Self {
-        let mut blocks: Vec<BlockId> = quantities.iter().flat_map(|q| q.terms.iter().map(|(id, ..)| *id)).collect();
+        let read = |q: &KnownCombination| {
+            q.terms.iter().map(|(id, ..)| *id).chain(q.times.map(|(id, _)| id)).collect::<Vec<BlockId>>()
+        };
+        let mut blocks: Vec<BlockId> = quantities.iter().flat_map(read).collect();
         blocks.sort_unstable();
         blocks.dedup();
         let place = |id: BlockId| blocks.partition_point(|other| *other < id);
         let row = |q: KnownCombination| {
             let terms = q.terms.into_iter().map(|(id, component, c)| (place(id), component, c)).collect();
-            Row { terms, value: q.value }
+            Row { terms, times: q.times.map(|(id, component)| (place(id), component)), value: q.value }
         };
         let rows = quantities.into_iter().map(row).collect();
         LinearPrior { blocks, rows }
@@ -62,11 +69,14 @@ impl Residual for LinearPrior {
         residual: &mut [f64],
         mut jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
-        for (index, Row { terms, value }) in self.rows.iter().enumerate() {
-            residual[index] = terms.iter().map(|(block, i, c)| c * x.block(*block)[*i]).sum::<f64>() - value;
+        for (index, Row { terms, times, value }) in self.rows.iter().enumerate() {
+            let sum: f64 = terms.iter().map(|(block, i, c)| c * x.block(*block)[*i]).sum();
+            let factor = times.map_or(1.0, |(block, i)| x.block(block)[i]);
+            residual[index] = factor * sum - value;
             if let Some(rows) = jacobian.as_mut() {
                 let row = rows.row(index);
-                terms.iter().for_each(|(block, i, c)| row[x.column(*block) + i] += c);
+                terms.iter().for_each(|(block, i, c)| row[x.column(*block) + i] += factor * c);
+                times.iter().for_each(|(block, i)| row[x.column(*block) + i] += sum);
             }
         }
         Ok(())
@@ -81,14 +91,16 @@ mod tests {
     #[test]
     fn derivatives() {
         let ids = ids(&[3, 1, 2]);
-        let along = KnownCombination { terms: vec![(ids[2], 1, 0.5), (ids[0], 2, -2.0), (ids[0], 0, 1.0)], value: 3.0 };
-        let alone = KnownCombination { terms: vec![(ids[1], 0, 1.0)], value: -1.0 };
-        let residual = LinearPrior::new(vec![along, alone]);
+        let terms = vec![(ids[2], 1, 0.5), (ids[0], 2, -2.0), (ids[0], 0, 1.0)];
+        let along = KnownCombination { terms: terms.clone(), times: None, value: 3.0 };
+        let alone = KnownCombination { terms: vec![(ids[1], 0, 1.0)], times: None, value: -1.0 };
+        let product = KnownCombination { terms, times: Some((ids[1], 0)), value: 3.0 };
+        let residual = LinearPrior::new(vec![along, alone, product]);
         assert_eq!(residual.blocks(), ids);
         check_at_random_points(&residual, &[3, 1, 2], &[0.0; 6]);
-        let mut r = [0.0; 2];
+        let mut r = [0.0; 3];
         let x = LocalValues::new(&[1.0, 0.0, 2.0, 4.0, 0.0, 8.0], &[0, 3, 4, 6]);
         residual.evaluate(x, &mut r, None).unwrap();
-        assert_eq!(r, [4.0 - 4.0 + 1.0 - 3.0, 5.0]);
+        assert_eq!(r, [4.0 - 4.0 + 1.0 - 3.0, 5.0, 4.0 * (4.0 - 4.0 + 1.0) - 3.0]);
     }
 }

@@ -7,7 +7,15 @@
 //!     b₁ · x = 0,  b₂ · x = 0        b₁, b₂, v/‖v‖ orthonormal
 //! ```
 //!
-//! whose covariance is `B C Bᵀ`. What remains of the covariance is positive definite, and leaving quantities out of it is
+//! whose covariance is `B C Bᵀ`. Of masses and moments `h` readings tell the products with a torque gain `k`, far better than `h` or `k` by itself where
+//! little tells the scale of torques. Known together as linear functions they would deny, at another scale, what readings tell: by `ε²`, the scale
+//! being `ε` off. So what is known is
+//!
+//! ```text
+//!     k h = k₀ h₀,     δ(k h) = k₀ δh + h₀ δk
+//! ```
+//!
+//! What remains of the covariance is positive definite, and leaving quantities out of it is
 //! leaving their rows and columns out.
 
 use gravcal_estimation::{Noise, NoiseError};
@@ -28,11 +36,13 @@ pub struct EarlierCalibration {
     covariance: Vec<f64>,
 }
 
-/// `Σ coefficient · component = value`, components by their names in a problem.
+/// `times · Σ coefficient · component = value`, components by their names in a problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KnownCombination {
     /// Such as `joint1.torque_gain`, `gravity.x`, `link2.first_moment.x`, and coefficient.
     pub terms: Vec<(String, f64)>,
+    /// The torque gain that multiplies the sum; `None`: 1.
+    pub times: Option<String>,
     /// Its known value.
     pub value: f64,
 }
@@ -43,6 +53,8 @@ impl EarlierCalibration {
     /// # Errors
     /// The covariance is not positive definite once vectors of known length lie in their tangent planes.
     pub fn new(source: String, quantities: Vec<KnownCombination>, covariance: Vec<f64>) -> Result<Self, NoiseError> {
+        let itself: Vec<Vec<(usize, f64)>> = (0..quantities.len()).map(|place| vec![(place, 1.0)]).collect();
+        let covariance = combined(&itself, &covariance, quantities.len());
         let mut earlier = EarlierCalibration { source, shared: Vec::new(), quantities, covariance };
         while let Some(start) = (0..earlier.quantities.len()).find(|start| earlier.has_known_length(*start)) {
             earlier = earlier.in_tangent_plane(start);
@@ -90,8 +102,44 @@ impl EarlierCalibration {
 
     /// The value of a component that is known by itself.
     pub fn value(&self, component: &str) -> Option<f64> {
-        let alone = |q: &&KnownCombination| q.terms.len() == 1 && q.terms[0].0 == component;
-        self.quantities.iter().find(alone).map(|q| q.value)
+        let known = &self.quantities[self.alone(component)?];
+        let times = known.times.as_ref().map_or(Some(1.0), |gain| self.value(gain))?;
+        Some(known.value / times)
+    }
+
+    /// Place of a component that is known by itself.
+    fn alone(&self, component: &str) -> Option<usize> {
+        self.quantities.iter().position(|q| q.terms.len() == 1 && q.terms[0].0 == component)
+    }
+
+    /// The same with quantities times a torque gain, where it is known by itself. `gain_of`: the gain of each quantity of masses and moments.
+    #[must_use]
+    pub fn times_gains(self, gain_of: impl Fn(&KnownCombination) -> Option<String>) -> Self {
+        let size = self.quantities.len();
+        let gains: Vec<Option<(String, usize)>> = self
+            .quantities
+            .iter()
+            .map(|known| gain_of(known).and_then(|gain| self.alone(&gain).map(|place| (gain, place))))
+            .collect();
+        // Each new quantity as coefficients of small changes of the old ones.
+        let row = |(place, gain): (usize, &Option<(String, usize)>)| match gain {
+            Some((_, of_gain)) => {
+                vec![(place, self.quantities[*of_gain].value), (*of_gain, self.quantities[place].value)]
+            }
+            None => vec![(place, 1.0)],
+        };
+        let rows: Vec<Vec<(usize, f64)>> = gains.iter().enumerate().map(row).collect();
+        let multiplied = |(known, gain): (&KnownCombination, &Option<(String, usize)>)| match gain {
+            Some((name, place)) => KnownCombination {
+                terms: known.terms.clone(),
+                times: Some(name.clone()),
+                value: known.value * self.quantities[*place].value,
+            },
+            None => known.clone(),
+        };
+        let quantities = self.quantities.iter().zip(&gains).map(multiplied).collect();
+        let covariance = combined(&rows, &self.covariance, size);
+        EarlierCalibration { quantities, covariance, source: self.source, shared: self.shared }
     }
 
     /// Covariance of some of the quantities.
@@ -137,23 +185,33 @@ impl EarlierCalibration {
         let tangent = basis.iter().map(|b| (0..3).map(|axis| (start + axis, b[axis])).collect());
         let rows: Vec<Vec<(usize, f64)>> =
             (0..start).map(kept).chain(tangent).chain((start + 3..old).map(kept)).collect();
-        let combined = |row: &Vec<(usize, f64)>| {
+        let of_row = |row: &Vec<(usize, f64)>| {
             let of = |(i, share): &(usize, f64)| {
                 self.quantities[*i].terms.iter().map(|(name, c)| (name.clone(), share * c)).collect::<Vec<_>>()
             };
             let value = row.iter().map(|(i, share)| share * self.quantities[*i].value).sum();
-            KnownCombination { terms: row.iter().flat_map(of).collect(), value }
-        };
-        let between = |a: &[(usize, f64)], b: &[(usize, f64)]| -> f64 {
-            a.iter().map(|(i, a)| b.iter().map(|(j, b)| a * b * self.covariance[i * old + j]).sum::<f64>()).sum()
+            KnownCombination { terms: row.iter().flat_map(of).collect(), times: None, value }
         };
         EarlierCalibration {
-            quantities: rows.iter().map(combined).collect(),
-            covariance: rows.iter().flat_map(|a| rows.iter().map(|b| between(a, b))).collect(),
+            quantities: rows.iter().map(of_row).collect(),
+            covariance: combined(&rows, &self.covariance, old),
             source: self.source,
             shared: self.shared,
         }
     }
+}
+
+/// `R C Rᵀ`, row-major, of a covariance of this size; rows as places with their coefficients. Both halves are alike to the bit, whatever rounding left.
+fn combined(rows: &[Vec<(usize, f64)>], covariance: &[f64], size: usize) -> Vec<f64> {
+    let between = |a: &[(usize, f64)], b: &[(usize, f64)]| -> f64 {
+        let entry = |i: usize, j: usize| 0.5 * (covariance[i * size + j] + covariance[j * size + i]);
+        a.iter().map(|(i, a)| b.iter().map(|(j, b)| a * b * entry(*i, *j)).sum::<f64>()).sum()
+    };
+    let count = rows.len();
+    (0..count * count)
+        .map(|place| (place / count, place % count))
+        .map(|(i, j)| between(&rows[i.max(j)], &rows[i.min(j)]))
+        .collect()
 }
 
 #[cfg(test)]
@@ -161,7 +219,7 @@ mod tests {
     use super::*;
 
     fn component(name: &str, value: f64) -> KnownCombination {
-        KnownCombination { terms: vec![(name.to_owned(), 1.0)], value }
+        KnownCombination { terms: vec![(name.to_owned(), 1.0)], times: None, value }
     }
 
     fn gravity() -> Vec<KnownCombination> {
@@ -188,6 +246,21 @@ mod tests {
         let c = &earlier.covariance;
         assert!((c[4] * c[8] - c[5] * c[7] - (2.0 - 0.25)).abs() < 1e-14, "{c:?}");
         assert!((c[1].hypot(c[2]) - 0.2f64.hypot(0.4)).abs() < 1e-15, "{c:?}");
+    }
+
+    #[test]
+    fn moments_are_known_times_a_gain() {
+        let known = vec![component("k", 2.0), component("h", 3.0)];
+        // A scale that is 10 % off: k up by what h is down.
+        let covariance = vec![0.04, -0.06, -0.06, 0.0901];
+        let earlier = EarlierCalibration::new("file".into(), known, covariance).unwrap();
+        let earlier = earlier.times_gains(|known| (known.terms[0].0 == "h").then(|| "k".to_owned()));
+        assert_eq!((earlier.value("k"), earlier.value("h")), (Some(2.0), Some(3.0)));
+        assert_eq!((earlier.quantities()[1].value, earlier.quantities()[1].times.as_deref()), (6.0, Some("k")));
+        // var(2 δh + 3 δk) = 4 · 0.0901 + 9 · 0.04 − 12 · 0.06
+        let expected = [0.04, 2.0 * -0.06 + 3.0 * 0.04, 4.0 * 0.0901 + 9.0 * 0.04 - 12.0 * 0.06];
+        let c = &earlier.covariance;
+        [c[0], c[1], c[3]].iter().zip(expected).for_each(|(c, expected)| assert!((c - expected).abs() < 1e-14, "{c}"));
     }
 
     #[test]

@@ -5,9 +5,9 @@ use gravcal_recording::{
 };
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::number::{rounded, shown_unit};
-use gravcal_robot_model::parameter::{Limit, Parameter, ParameterId};
+use gravcal_robot_model::parameter::{Limit, Parameter, ParameterId, SensorParameter};
 use gravcal_robot_model::session::{
-    EarlierCalibration, InertiaPrior, InputFile, KnownCombination, LAST_FRAME_CHOICE, PriorKind, Session,
+    EarlierCalibration, InertiaPrior, InputFile, KnownCombination, LAST_FRAME_CHOICE, Load, PriorKind, Session,
 };
 use serde::Deserialize;
 
@@ -71,6 +71,7 @@ pub(super) fn resolve(
     earlier.parameters.iter().try_for_each(|parameter| section.check_parameter(parameter))?;
     section.check_gravity(&earlier)?;
     section.check_inertia()?;
+    section.check_common_errors()?;
     let inputs = read_earlier_inputs(&path).map_err(|e| section.error("calibration", e))?;
     let shared = section.shared_parts(written, &inputs)?;
     let known = section.known(&earlier, format!("{} ({estimator})", table.calibration))?.sharing(shared);
@@ -88,6 +89,13 @@ pub(super) fn resolve(
     }
     session.inputs.push(InputFile::new(InputRole::Calibration, path));
     Ok(Session { earlier: Some(known), ..session })
+}
+
+/// Factor of a covariance that was estimated from so many blocks, by which its inverse is right on the average: of Wishart's distribution (Hartlap, Simon and
+/// Schneider, 2007, eq. 17). `None` where there is none.
+fn of_few_blocks(blocks: usize, numbers: usize) -> Option<f64> {
+    let left = blocks.checked_sub(numbers + 2).filter(|left| *left > 0)?;
+    Some((blocks - 1) as f64 / left as f64)
 }
 
 /// A number with its unit for people, angles in degrees.
@@ -210,7 +218,7 @@ impl Section<'_> {
                            the two is wrong";
             return Err(self.error("unchanged", message));
         }
-        if (magnitude / here.magnitude - 1.0).abs() > SAME_PLACE {
+        if here.magnitude_std.is_none() && (magnitude / here.magnitude - 1.0).abs() > SAME_PLACE {
             let here = here.magnitude;
             let message = format!(
                 "gravity is {magnitude:.4} m/s² there, but {here:.4} m/s² here: a base that has not moved has one gravity"
@@ -218,6 +226,23 @@ impl Section<'_> {
             return Err(self.error("unchanged", message));
         }
         Ok(())
+    }
+
+    /// The arm's lengths and axes, and the strength of gravity, are off by the same there and here: as an error of each calibration they would shrink as
+    /// noise does.
+    fn check_common_errors(&self) -> Result<(), FileError> {
+        let Session { length_std, axis_std, gravity, .. } = self.session;
+        let common = [
+            (length_std.is_some(), "inertia.length_std_m"),
+            (axis_std.is_some(), "inertia.axis_std_deg"),
+            (gravity.magnitude_std.is_some() && !self.is_unchanged(Unchanged::Base), "gravity.magnitude_std_m_per_s2"),
+        ];
+        let Some((_, key)) = common.into_iter().find(|(stated, _)| *stated) else { return Ok(()) };
+        let message = format!(
+            "{key} is of an error that is the same there and here, and would count as another one in each calibration: calibrate all tables together, \
+             without [prior]"
+        );
+        Err(self.error("calibration", message))
     }
 
     fn check_inertia(&self) -> Result<(), FileError> {
@@ -243,15 +268,63 @@ impl Section<'_> {
         }
         let size = quantities.len();
         let pairs = kept.iter().flat_map(|i| kept.iter().map(move |j| (*i, *j)));
-        let covariance = pairs.map(|(i, j)| earlier.covariance[i * size + j]).collect();
-        let combination =
-            |i: &usize| KnownCombination { terms: quantities[*i].terms.clone(), value: quantities[*i].value };
+        let widening = match earlier.sandwich_blocks {
+            None => 1.0,
+            Some(blocks) => of_few_blocks(blocks, kept.len()).ok_or_else(|| {
+                let message = format!(
+                    "its covariance is a sandwich of {blocks} blocks of poses, too few for {} numbers known together: calibrate there with \
+                     uncertainty = {{ kind = \"jackknife\" }}, or by the noise",
+                    kept.len()
+                );
+                self.error("calibration", message)
+            })?,
+        };
+        let covariance = pairs.map(|(i, j)| widening * earlier.covariance[i * size + j]).collect();
+        let combination = |i: &usize| KnownCombination {
+            terms: quantities[*i].terms.clone(),
+            times: None,
+            value: quantities[*i].value,
+        };
         let kept = kept.iter().map(combination).collect();
-        EarlierCalibration::new(source, kept, covariance).map_err(|_| {
+        let known = EarlierCalibration::new(source, kept, covariance);
+        known.map(|known| known.times_gains(|quantity| self.gain_of(quantity))).map_err(|_| {
             let message = "its covariance is not positive definite (an estimate that leans on constraints, or too few \
                            blocks of poses for its robust uncertainty): it cannot be taken for knowledge";
             self.error("calibration", message)
         })
+    }
+
+    /// Name of the torque gain with which readings tell these masses and moments: that of the last joint that moves all of them, or of the rotor's own;
+    /// `None` of what is neither.
+    fn gain_of(&self, quantity: &KnownCombination) -> Option<String> {
+        let chain = &self.session.robot.chain;
+        let name_of = |joint: usize| SensorParameter::TorqueGain.name(&chain.joints()[joint].name);
+        if let [(name, _)] = quantity.terms.as_slice()
+            && let Some(ParameterId::Further(index)) = self.find(name)
+            && let Some(joint) = self.session.rotor_of(index)
+        {
+            return Some(name_of(joint));
+        }
+        let links: Option<Vec<usize>> = quantity.terms.iter().map(|(name, _)| self.link_of_mass(name)).collect();
+        let links = links?;
+        let moves_all = |joint: &usize| links.iter().all(|link| chain.moves(*joint, *link));
+        let reads =
+            |joint: &usize| self.session.fixed(ParameterId::Sensor(*joint, SensorParameter::TorqueGain)).is_none();
+        let joint = (0..self.session.joints.len()).rev().filter(reads).find(moves_all)?;
+        Some(name_of(joint))
+    }
+
+    /// The link whose mass, moment or tensor a component is; that of a load for its mass.
+    fn link_of_mass(&self, component: &str) -> Option<usize> {
+        let of_load = |load: &&Load| component == format!("load.{}.mass", load.name);
+        if let Some(load) = self.session.loads.iter().find(of_load) {
+            return Some(load.link);
+        }
+        let begins = |name: &&str| {
+            let rest = component.strip_prefix(*name).and_then(|rest| rest.strip_prefix('.'));
+            rest.is_some_and(|rest| ["mass", "first_moment.", "inertia."].iter().any(|kind| rest.starts_with(kind)))
+        };
+        self.context.link_names.iter().position(|name| begins(&name))
     }
 
     /// Whether a component is a parameter here, or belongs to what is unchanged.

@@ -86,7 +86,9 @@ fn add_parameter_priors(
     variables: &VariableIndex,
     builder: &mut ProblemBuilder,
 ) -> Result<(), NoiseError> {
-    if let Some(std) = session.gravity.magnitude_std {
+    // What an earlier calibration knows of gravity holds that already.
+    let known = session.earlier.as_ref().is_some_and(|earlier| earlier.knows_any("gravity."));
+    if let Some(std) = session.gravity.magnitude_std.filter(|_| !known) {
         let residual = GravityNorm::new(variables.gravity, session.gravity.magnitude);
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
     }

@@ -20,7 +20,10 @@ pub(in crate::joint) fn with_earlier(
                 component(&built.problem, name).map(|(id, component)| (id, component, *coefficient))
             };
             let terms: Option<Vec<_>> = quantity.terms.iter().map(term).collect();
-            terms.map(|terms| KnownCombination { terms, value: quantity.value })
+            let times = quantity.times.as_ref().map(|gain| component(&built.problem, gain));
+            // A gain that is none here leaves nothing of the product.
+            let times = times.map_or(Some(None), |found| found.map(Some))?;
+            terms.map(|terms| KnownCombination { terms, times, value: quantity.value })
         })
         .collect();
     // A load that no pose carries has no block: knowing the rest is knowing less.

@@ -25,28 +25,32 @@ impl Solved {
     /// The same with no standard deviation less than nearby, than another end needs to be within two, than a profile tells.
     pub(in crate::joint) fn widened_beyond_linear(self, session: &Session) -> Solved {
         let known = self.analysis.covariance();
-        let mut factors = vec![1.0_f64; self.judged_problem().columns().len()];
+        // What nobody asks for has no factor of its own.
+        let mut factors: Vec<Option<f64>> = vec![None; self.judged_problem().columns().len()];
+        self.limits_of_use(session).iter().for_each(|(column, _)| factors[*column] = Some(1.0));
         let nearby = self.at_least_nearby(session);
         let other_ends = self.elsewhere.iter().flat_map(|state| self.apart(session, state));
         let other_ends = other_ends.map(|(column, apart)| (column, WITHIN * apart));
         for (column, std) in nearby.into_iter().chain(other_ends).chain(self.profiles.iter().copied()) {
-            factors[column] = factors[column].max(std / known.std(column).max(f64::MIN_POSITIVE));
+            let factor = std / known.std(column).max(f64::MIN_POSITIVE);
+            factors[column] = Some(factors[column].unwrap_or(1.0).max(factor));
         }
-        if factors.iter().all(|factor| *factor == 1.0) {
+        if factors.iter().flatten().all(|factor| *factor == 1.0) {
             return self;
         }
-        Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
+        Solved { uncertainty: self.uncertainty.widened_together(&factors), ..self }
     }
 
     /// The same with each standard deviation `σ` as `√(σ² + Σ Δ²)`: by each `Δ` something that the model lacks moves the column.
     pub(in crate::joint) fn widened_by_missing_terms(self, moved: &[Vec<f64>]) -> Solved {
-        let factor = |column: usize| {
-            let square: f64 = moved.iter().map(|moved| moved[column] * moved[column]).sum();
-            let std = self.covariance().std(column);
-            if std > 0.0 && square > 0.0 { (1.0 + square / (std * std)).sqrt() } else { 1.0 }
+        // What is not determined has no standard deviation that could grow.
+        let has_std: Vec<bool> =
+            (0..self.judged_problem().columns().len()).map(|column| self.covariance().std(column) > 0.0).collect();
+        let of_known = |moved: &Vec<f64>| {
+            moved.iter().zip(&has_std).map(|(moved, has_std)| if *has_std { *moved } else { 0.0 }).collect()
         };
-        let factors: Vec<f64> = (0..self.judged_problem().columns().len()).map(factor).collect();
-        Solved { uncertainty: self.uncertainty.with_systematic(&factors), ..self }
+        let moved: Vec<Vec<f64>> = moved.iter().map(of_known).collect();
+        Solved { uncertainty: self.uncertainty.with_systematic(&moved), ..self }
     }
 
     /// Column and standard deviation of which a place nearby tells its share. What is beyond its limit there is not determined.

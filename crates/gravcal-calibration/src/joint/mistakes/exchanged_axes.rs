@@ -17,7 +17,8 @@ pub(in crate::joint) struct ExchangedAxes {
 }
 
 impl ExchangedAxes {
-    /// All that a session may have got wrong; that all axes point the other way is looked for elsewhere.
+    /// All that a session may have got wrong. All axes the other way round is a sensor that is reversed; where its tool's mass is free, that is negative
+    /// instead, and the readings are explained.
     pub fn all(session: &Session) -> Vec<ExchangedAxes> {
         let may_be = |index: &usize| {
             let sensor = &session.instruments[*index];
@@ -31,8 +32,7 @@ impl ExchangedAxes {
         let signs = || (0..8).map(|bits| [0, 1, 2].map(|axis| sign(bits >> axis & 1)));
         let of_sensor = |instrument: usize| {
             let orders = ORDERS.into_iter().flat_map(move |order| signs().map(move |signs| (order, signs)));
-            let others =
-                orders.filter(|(order, signs)| *order != ORDERS[0] || signs.iter().any(|sign| *sign != signs[0]));
+            let others = orders.filter(|(order, signs)| *order != ORDERS[0] || *signs != [1.0; 3]);
             others.map(move |(order, signs)| ExchangedAxes { instrument, order, signs })
         };
         (0..session.instruments.len()).filter(may_be).flat_map(of_sensor).collect()
@@ -57,6 +57,10 @@ impl ExchangedAxes {
     pub fn report(self, session: &Session) -> (String, String) {
         let ExchangedAxes { instrument, order, signs } = self;
         let name = &session.instruments[instrument].name;
+        if order == ORDERS[0] && signs == [-1.0; 3] {
+            let cure = "Say sign = \"reversed\" in its [[force_torque_sensor]].".to_owned();
+            return (format!("reversed force-torque sensor: {name}"), cure);
+        }
         let columns = [0, 1, 2].map(|axis| {
             let sign = if signs[axis] < 0.0 { "-" } else { "" };
             format!("{sign}{}", NAMES[order[axis]])

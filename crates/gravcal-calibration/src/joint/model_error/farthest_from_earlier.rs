@@ -52,6 +52,14 @@ impl Solved {
             let columns = stored_coordinates(problem, values, &[block]).swap_remove(place);
             function.extend(columns.into_iter().map(|(column, slope)| (column, coefficient * slope)));
         }
+        if let Some(gain) = &quantity.times {
+            let (block, place) = component(problem, gain)?;
+            let gain = values.get(block)[place];
+            function.iter_mut().for_each(|(_, slope)| *slope *= gain);
+            let columns = stored_coordinates(problem, values, &[block]).swap_remove(place);
+            function.extend(columns.into_iter().map(|(column, slope)| (column, value * slope)));
+            value *= gain;
+        }
         let own = self.analysis.covariance().std_of(&function).powi(2);
         (own > 0.0 && own < OF_PRIOR * variance).then(|| (value - quantity.value).abs() / (variance - own).sqrt())
     }
