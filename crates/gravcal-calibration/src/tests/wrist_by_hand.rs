@@ -525,17 +525,6 @@ fn exchanged_axes_of_a_wrist_sensor_are_named() {
     }
 }
 
-/// Of a tool whose mass is known nothing is negative: all readings contradict the model.
-#[test]
-fn a_wrist_sensor_that_reads_the_other_way_is_named_where_its_tool_is_known() {
-    let mass = "tool_mass = { nominal = 1.4, std = 0.01, unit = \"kg\" }\nmoment_gain";
-    let session = SESSION.replace("moment_gain", mass);
-    let result = estimated(&read(&session, &table("w,x,y,z", -1.0, wxyz)).unwrap());
-    assert_eq!(result.verdict, Verdict::Failed);
-    assert!(result.notes[0].contains("reversed force-torque sensor: wrist"), "{:?}", result.notes);
-    assert!(result.notes[0].contains("Say sign = \"reversed\""), "{:?}", result.notes);
-}
-
 #[test]
 fn robust_standard_deviations_go_by_its_poses() {
     let session = format!("{SESSION}[uncertainty]\nkind = \"sandwich\"\nblock_poses = 1\n");

@@ -88,3 +88,30 @@ impl ExchangedAxes {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::sarcos_with_instruments;
+
+    /// A reversed sensor whose tool is known contradicts all other readings, as exchanged axes do.
+    #[test]
+    fn all_axes_the_other_way_round_are_a_reversed_sensor() {
+        let session = sarcos_with_instruments().session(0);
+        let all = ExchangedAxes::all(&session);
+        let reversed = all.iter().filter(|axes| axes.order == ORDERS[0] && axes.signs == [-1.0; 3]);
+        let [reversed] = reversed.collect::<Vec<_>>()[..] else { panic!("{all:?}") };
+        assert_eq!(all.len(), 6 * 8 - 1, "all but the session as it stands");
+        let made = reversed.made(&session);
+        let first = session.instruments[reversed.instrument].first_reading;
+        for (made, read) in made.poses.iter().zip(&session.poses) {
+            for channel in first..first + 6 {
+                let [made, read] = [made, read].map(|pose| pose.instruments[channel].map(|reading| reading.value));
+                assert_eq!(made, read.map(|value| -value));
+            }
+        }
+        let (what, cure) = reversed.report(&session);
+        assert_eq!(what, "reversed force-torque sensor: wrist");
+        assert!(cure.contains("sign = \"reversed\""), "{cure}");
+    }
+}
