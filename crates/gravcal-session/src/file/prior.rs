@@ -324,7 +324,7 @@ impl Section<'_> {
             let rest = component.strip_prefix(*name).and_then(|rest| rest.strip_prefix('.'));
             rest.is_some_and(|rest| ["mass", "first_moment.", "inertia."].iter().any(|kind| rest.starts_with(kind)))
         };
-        self.context.link_names.iter().position(|name| begins(&name))
+        self.context.link_names.iter().position(begins)
     }
 
     /// Whether a component is a parameter here, or belongs to what is unchanged.
