@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use gravcal_robot_model::session::LAST_FRAME_CHOICE;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
@@ -100,6 +101,11 @@ fn mass_and_centre_are_found_beside_a_known_load() {
         assert_found(found, truth, 0.02);
     }
     assert!(tool.tensor_kg_m2.is_none() && tool.undetermined.is_none(), "{tool:?}");
+    // The last joint's offset, which nothing tells, turns the frame in which the centre stands.
+    let offset = result.parameters.iter().find(|parameter| parameter.name == "j3.position_offset").unwrap();
+    assert_eq!(offset.held.as_deref(), Some(LAST_FRAME_CHOICE));
+    let noted = |note: &String| note.contains("is told in the frame that j3.position_offset makes of link c");
+    assert!(result.notes.iter().any(noted), "{:?}", result.notes);
     // The torque gains lean on the other load, as if the tool were not there.
     let gain = result.parameters.iter().find(|parameter| parameter.name == "j2.torque_gain").unwrap();
     assert!((gain.value.unwrap() - 1.04).abs() < 4.0 * gain.std.unwrap(), "{gain:?}");

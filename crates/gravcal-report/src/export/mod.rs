@@ -90,7 +90,11 @@ impl Export<'_> {
         if !loads.is_empty() {
             return Err(ExportError::OpenPayloads { loads });
         }
-        let text = payload::text(payloads, gravity, &head(self, &payload::CONVENTION, &[]));
-        Ok(Exported { text, remarks: Vec::new() })
+        let remarks = match payloads.iter().any(|load| load.center_of_mass_m.is_some()) {
+            true => payload::frame_remarks(&self.estimate.parameters),
+            false => Vec::new(),
+        };
+        let text = payload::text(payloads, gravity, &head(self, &payload::CONVENTION, &remarks));
+        Ok(Exported { text, remarks })
     }
 }

@@ -8,7 +8,8 @@
 //! | Kinova | `tool_mass`, `tool_mass_center` | tool frame |
 
 use gravcal_dynamics::BodyInertia;
-use gravcal_recording::EarlierPayload;
+use gravcal_recording::{EarlierParameter, EarlierPayload};
+use gravcal_robot_model::session::LAST_FRAME_CHOICE;
 use nalgebra::{Matrix3, Rotation3};
 
 use super::numbers::{float, one_line};
@@ -19,6 +20,19 @@ pub(super) const CONVENTION: [&str; 4] = [
     "it is not. Each number stands with its standard deviation in the lines of the load itself; the lines of the makers have values alone.",
     "Gravity is that in the frame of the base.",
 ];
+
+/// Offsets that no reading tells, on which the frames of links hang.
+pub(super) fn frame_remarks(parameters: &[EarlierParameter]) -> Vec<String> {
+    let chosen = parameters.iter().filter(|parameter| parameter.held.as_deref() == Some(LAST_FRAME_CHOICE));
+    let remark = |parameter: &EarlierParameter| {
+        format!(
+            "{} is held at {} deg, as no reading tells it: by as much as it is off, the centre of mass of a load beyond the joint is turned about its axis",
+            parameter.name,
+            float(parameter.nominal.to_degrees())
+        )
+    };
+    chosen.map(remark).collect()
+}
 
 /// The loads and the mount's gravity, where that is known; `head`: lines of the comment.
 pub(super) fn text(payloads: &[EarlierPayload], gravity: Option<[f64; 3]>, head: &[String]) -> String {

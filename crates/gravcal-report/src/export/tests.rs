@@ -1,6 +1,7 @@
 //! What a file says, read back. That it reproduces the residuals of a recording is tried from outside, in the acceptance tests.
 
 use gravcal_recording::{EarlierEstimate, EarlierNumber, EarlierParameter, EarlierPayload, EarlierQuantity};
+use gravcal_robot_model::session::LAST_FRAME_CHOICE;
 
 use super::*;
 
@@ -315,6 +316,18 @@ fn payloads_are_in_the_forms_of_the_makers() {
     ] {
         assert!(text.contains(line), "{line} in {text}");
     }
+}
+
+/// The last joint's offset turns the frame in which the centre of mass stands.
+#[test]
+fn a_held_offset_on_which_a_payload_hangs_is_told() {
+    let mut with = EarlierEstimate { payloads: vec![tool()], ..estimate() };
+    assert_eq!(export(&with, false).to(ExportFormat::Payload).unwrap().remarks, [""; 0]);
+    let offset = with.parameters.last_mut().unwrap();
+    (offset.held, offset.value, offset.std) = (Some(LAST_FRAME_CHOICE.into()), None, None);
+    let Exported { text, remarks } = export(&with, false).to(ExportFormat::Payload).unwrap();
+    assert!(remarks[0].starts_with("b.position_offset is held at 0.0 deg, as no reading tells it: "), "{remarks:?}");
+    assert!(text.contains("# b.position_offset is held at 0.0 deg"), "{text}");
 }
 
 /// Load data of KUKA turn the principal moments back to the tensor: Rz(A) Ry(B) Rx(C) diag(J) of it.

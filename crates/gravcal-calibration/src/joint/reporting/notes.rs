@@ -4,6 +4,7 @@ use gravcal_robot_model::session::{EarlierCalibration, Session};
 
 use crate::joint::building::{modelled, sweep_moments};
 use crate::joint::error::EstimateError;
+use crate::joint::reporting::payloads::frame_notes;
 use crate::joint::reporting::session_notes::session_notes;
 use crate::joint::solved::Solved;
 use crate::judgement::{driving_friction_notes, negative_rotor_notes, outlier_note, too_large, tool_notes, weak_note};
@@ -21,6 +22,7 @@ pub(super) fn notes(
     let of_fit = result.fit.iter().flat_map(|fit| fit.held_out_missing.iter().map(no_held_out_note));
     let mut notes: Vec<String> = of_fit.collect();
     notes.extend(notes_of_session(session, solved, &result.parameters));
+    notes.extend(frame_notes(session, &result.payloads));
     notes.extend(modelled::notes(session, solved)?);
     notes.extend(outlier_note(solved.built.loss, solved.built.rows.len(), &result.outliers));
     notes.extend(untested_note(solved));

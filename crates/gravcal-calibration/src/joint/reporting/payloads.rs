@@ -9,7 +9,9 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::LinearFunction;
-use gravcal_robot_model::session::{Load, Session};
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::SensorParameter;
+use gravcal_robot_model::session::{LAST_FRAME_CHOICE, Load, Session};
 
 use crate::joint::solved::Solved;
 use crate::joint::variables::WithPayload;
@@ -24,6 +26,33 @@ const WEIGHED: f64 = 3.0;
 pub(crate) fn payloads(session: &Session, solved: &Solved) -> Vec<PayloadResult> {
     let unknown = session.loads.iter().zip(&solved.built.variables.with_payloads).filter(|(load, _)| load.is_unknown());
     unknown.map(|(load, with)| Payload::new(session, solved, load, *with).report()).collect()
+}
+
+/// In which frame the centre of mass of a load stands whose link's own is a choice.
+pub(super) fn frame_notes(session: &Session, payloads: &[PayloadResult]) -> Vec<String> {
+    let chain = &session.robot.chain;
+    let links = chain.links();
+    let note = |payload: &PayloadResult| {
+        let link = links.iter().position(|link| link.name == payload.link)?;
+        let chosen = |joint: &usize| {
+            let reason = session.fixed_reason(*joint, SensorParameter::PositionOffset);
+            chain.moves(*joint, link) && reason == Some(LAST_FRAME_CHOICE)
+        };
+        let joint = (0..session.joints.len()).find(chosen)?;
+        let center = payload.center_of_mass_m.as_ref()?;
+        let far = center.iter().map(|number| number.value * number.value).sum::<f64>().sqrt();
+        let name = &chain.joints()[joint].name;
+        Some(format!(
+            "The centre of mass of {} is told in the frame that {} makes of link {}: no reading tells that offset, and it is held. For each degree that it is \
+             off, the centre lies up to {} mm elsewhere, about the axis of {name}; its interval does not include that. Where the offset is known, state \
+             it as fixed.",
+            payload.load,
+            SensorParameter::PositionOffset.name(name),
+            payload.link,
+            significant(1e3 * far * f64::to_radians(1.0), 2)
+        ))
+    };
+    payloads.iter().filter_map(note).collect()
 }
 
 struct Payload<'a> {

@@ -196,7 +196,8 @@ impl Scatter {
         let channel = |owner: usize| match freedom[owner] {
             // Knowledge keeps its stated noise.
             _ if owner >= rows.channels() => (1.0, f64::INFINITY),
-            own if own < 1.0 => (common, all(&freedom)),
+            // Of few degrees of freedom the scatter is anything, and where that is next to nothing everything stands out from it.
+            own if own < LEAST_FREEDOM => (common, all(&freedom)),
             own => (squares[owner] / own, own),
         };
         Some(Scatter { channels: (0..rows.owners()).map(channel).collect(), parts })
