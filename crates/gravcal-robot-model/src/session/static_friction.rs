@@ -1,7 +1,7 @@
 //! Static friction that recorded slow sweeps show.
 
 use crate::parameter::{ParameterId, SensorParameter};
-use crate::session::Session;
+use crate::session::{Pose, Session};
 
 impl Session {
     /// Friction of each joint in its own slow sweeps, the largest of them, in the unit of its torque reading; of one that never sweeps that of the
@@ -22,6 +22,14 @@ impl Session {
             None => self.of_nearest(&shown, joint),
         };
         joints.map(of_joint).collect()
+    }
+
+    /// The joint that sweeps in a pose of a recorded slow sweep; `None` of any other pose.
+    pub fn swept_in_recording(&self, pose: &Pose) -> Option<usize> {
+        let path = &self.tables.get(pose.table)?.path;
+        let recorded = self.searched.iter().any(|searched| searched.path == *path && searched.sweeps.is_some());
+        let (column, _) = pose.sweep_label.as_ref().filter(|_| recorded)?.rsplit_once(' ')?;
+        self.readings.positions.iter().position(|position| position.column == column)
     }
 
     /// What the nearest other joint of the same kind shows, of two the larger, in the unit of this one's readings; zero where none shows anything.

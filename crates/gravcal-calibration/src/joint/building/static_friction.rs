@@ -8,13 +8,13 @@
 //! do not cancel it. On the average some of it is left to the side from which the joint came: `c`, one of each joint. The rest, `u`, is one
 //! unknown of each joint and sweep. Leaving these readings out would lose what only they tell, as gravity where every joint sweeps once.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use gravcal_estimation::{Block, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::Session;
-use gravcal_robot_model::sweeps::find_sweeps;
 
 use crate::joint::variables::{OfJoints, State, VariableIndex};
 
@@ -28,6 +28,8 @@ pub struct StaticFriction {
     pub to_side: OfJoints,
     /// By sweep in which joints with friction stand, its poses and what is left there beside that.
     pub sweeps: Vec<(Vec<usize>, OfJoints)>,
+    /// By pose, the place of its sweep.
+    of_pose: BTreeMap<usize, usize>,
 }
 
 /// Adds the unknowns of joints with friction, from where `start` has them; nothing where none has any.
@@ -53,23 +55,37 @@ pub(in crate::joint) fn add_unknown(
     let std: Vec<f64> = friction.iter().map(|friction| TO_SIDE * friction).collect();
     let to_side = OfJoints::add(block("static_friction".to_owned()), &std, start(0), builder)?;
     let mut sweeps = Vec::new();
-    for sweep in find_sweeps(session).into_iter().filter(|sweep| recorded(session, sweep.poses[0])) {
+    for (swept, poses) in recorded_sweeps(session) {
         // Anything up to friction, either way: uniform.
-        let std = |(joint, friction): (usize, &f64)| if joint == sweep.swept { 0.0 } else { friction / f64::sqrt(3.0) };
+        let std = |(joint, friction): (usize, &f64)| if joint == swept { 0.0 } else { friction / f64::sqrt(3.0) };
         let std: Vec<f64> = friction.iter().enumerate().map(std).collect();
-        let pose = &session.poses[sweep.poses[0]];
+        let pose = &session.poses[poses[0]];
         let name = format!("static_friction[{}:{}]", session.tables[pose.table].path.display(), pose.line);
         let unknown = OfJoints::add(block(name), &std, start(1 + sweeps.len()), builder);
-        sweeps.extend(unknown.map(|unknown| (sweep.poses, unknown)));
+        sweeps.extend(unknown.map(|unknown| (poses, unknown)));
     }
-    Some(StaticFriction { to_side, sweeps })
+    let of_sweep = |(place, (poses, _)): (usize, &(Vec<usize>, OfJoints))| {
+        poses.iter().map(move |pose| (*pose, place)).collect::<Vec<_>>()
+    };
+    let of_pose = sweeps.iter().enumerate().flat_map(of_sweep).collect();
+    Some(StaticFriction { to_side, sweeps, of_pose })
 }
 
-/// Whether a pose is a bin of a recorded sweep.
-fn recorded(session: &Session, pose: usize) -> bool {
-    let table = session.poses[pose].table;
-    let path = &session.tables[table].path;
-    session.searched.iter().any(|searched| searched.path == *path && searched.sweeps.is_some())
+/// The joint that sweeps, and the poses, of each recorded sweep.
+fn recorded_sweeps(session: &Session) -> Vec<(usize, Vec<usize>)> {
+    let mut sweeps: Vec<(usize, Vec<usize>)> = Vec::new();
+    for (index, pose) in session.poses.iter().enumerate() {
+        let Some(swept) = session.swept_in_recording(pose) else { continue };
+        let alike = |other: usize| {
+            let other = &session.poses[other];
+            other.table == pose.table && other.sweep_label == pose.sweep_label
+        };
+        match sweeps.last_mut().filter(|(_, poses)| alike(poses[0])) {
+            Some((_, poses)) => poses.push(index),
+            None => sweeps.push((swept, vec![index])),
+        }
+    }
+    sweeps
 }
 
 impl StaticFriction {
@@ -86,7 +102,8 @@ impl StaticFriction {
         pose: usize,
         inner: Arc<dyn Residual>,
     ) -> Arc<dyn Residual> {
-        let Some((_, of_sweep)) = self.sweeps.iter().find(|(poses, _)| poses.contains(&pose)) else { return inner };
+        let Some(place) = self.of_pose.get(&pose) else { return inner };
+        let (_, of_sweep) = &self.sweeps[*place];
         let bias = |joint: usize| variables.sensors[joint][SensorParameter::TorqueBias as usize];
         let around = |inner, unknown: &OfJoints, scale: &dyn Fn(usize) -> f64| {
             let shifts: Vec<Shift> =
