@@ -327,7 +327,7 @@ fn a_held_offset_on_which_a_payload_hangs_is_told() {
     (offset.held, offset.value, offset.std) = (Some(LAST_FRAME_CHOICE.into()), None, None);
     let Exported { text, remarks } = export(&with, false).to(ExportFormat::Payload).unwrap();
     assert!(remarks[0].starts_with("b.position_offset is held at 0.0 deg, as no reading tells it: "), "{remarks:?}");
-    assert!(text.contains("# b.position_offset is held at 0.0 deg"), "{text}");
+    assert!(text.contains("# Note: b.position_offset is held at 0.0 deg"), "{text}");
 }
 
 /// Load data of KUKA turn the principal moments back to the tensor: Rz(A) Ry(B) Rx(C) diag(J) of it.

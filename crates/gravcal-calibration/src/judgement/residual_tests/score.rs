@@ -190,7 +190,8 @@ impl Scatter {
             rows.freedom().iter().zip(&parts).map(|(freedom, part)| (freedom - part.trace()).max(0.0)).collect();
         let all = |of: &[f64]| (0..rows.channels()).map(|owner| of[owner]).sum::<f64>();
         let common = all(squares) / all(&freedom);
-        if !common.is_finite() || common <= 0.0 {
+        // Knowledge has freedom without end, and next to it the scatter of a few readings passes for known.
+        if !common.is_finite() || common <= 0.0 || all(&freedom) < LEAST_FREEDOM {
             return None;
         }
         let channel = |owner: usize| match freedom[owner] {
