@@ -454,9 +454,8 @@ fn check_intervals(parameters: &[EarlierParameter]) -> Result<(), String> {
     Ok(())
 }
 
-/// Share of the standard deviations by which a covariance may miss what every covariance is: far more than rounding, but where it is of combinations
-/// of numbers that are hardly known by themselves.
-const ROUNDING: f64 = 1e-3;
+/// Share of the standard deviations by which a covariance may miss what every covariance is: far more than rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// That variances are not negative, and covariances the same both ways and no larger than variances allow.
 fn check_covariance(Matrix { order, matrix }: &Matrix) -> Result<(), String> {

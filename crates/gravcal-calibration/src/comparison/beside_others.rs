@@ -15,7 +15,7 @@ use super::sensor::Estimates;
 const IMPROBABLE: f64 = 1e-3;
 
 /// Names those that moved beside the others.
-pub(super) fn name(calibrations: &[&EarlierEstimate], sensors: &mut [SensorComparison], freedom: Option<f64>) {
+pub(super) fn name_moved(calibrations: &[&EarlierEstimate], sensors: &mut [SensorComparison], freedom: Option<f64>) {
     let still =
         |sensor: &SensorComparison| sensor.name != GRAVITY && sensor.test.as_ref().is_some_and(|test| !test.moved);
     let mut rest: Vec<usize> = (0..sensors.len()).filter(|index| still(&sensors[*index])).collect();

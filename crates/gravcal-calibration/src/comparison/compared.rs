@@ -7,7 +7,7 @@ use thiserror::Error;
 /// The name under which gravity is compared.
 pub const GRAVITY: &str = "gravity";
 
-/// Probability with which any sensor at all is named where none has moved.
+/// Probability with which any sensor at all is named by its own test where none has moved. The test of all together adds a tenth of it.
 pub const SIGNIFICANCE: f64 = 0.01;
 
 /// Calibrations cannot be compared.

@@ -8,7 +8,7 @@
 //!
 //! with `C_i` their covariance. If nothing moved, and the calibrations are independent, χ² has `(N − 1) p` degrees of freedom; for two
 //! calibrations it is `(x_a − x_b)ᵀ (C_a + C_b)⁻¹ (x_a − x_b)`. As there are many sensors, p-values are corrected by Holm's method:
-//! where nothing moved, any sensor at all is named with probability [`SIGNIFICANCE`] at most.
+//! where nothing moved, any sensor at all is named with probability [`SIGNIFICANCE`] at most, and a tenth of it more by the test of all together.
 //!
 //! Covariances that leaving out blocks of poses told have only as many degrees of freedom as there were blocks, less one (ν, the fewest
 //! of all calibrations). Then `χ²/d · (ν − p + 1)/ν` is held against F with d and ν − p + 1 degrees of freedom, as Hotelling's T² is.
@@ -64,7 +64,7 @@ pub fn compare(calibrations: &[&EarlierEstimate]) -> Result<Comparison, Comparis
         return Err(ComparisonError::NothingInCommon);
     }
     correct(&mut sensors);
-    beside_others::name(calibrations, &mut sensors, freedom);
+    beside_others::name_moved(calibrations, &mut sensors, freedom);
     let doubts = calibrations.iter().map(|calibration| calibration.doubts.clone()).collect();
     Ok(Comparison { sensors, base_frame: base_frame(calibrations), doubts })
 }

@@ -104,7 +104,9 @@ fn mass_and_centre_are_found_beside_a_known_load() {
     // The last joint's offset, which nothing tells, turns the frame in which the centre stands.
     let offset = result.parameters.iter().find(|parameter| parameter.name == "j3.position_offset").unwrap();
     assert_eq!(offset.held.as_deref(), Some(LAST_FRAME_CHOICE));
-    let noted = |note: &String| note.contains("is told in the frame that j3.position_offset makes of link c");
+    let noted = |note: &String| {
+        note.contains("is told with j3.position_offset held, as no reading tells it, and the frame of link c turns")
+    };
     assert!(result.notes.iter().any(noted), "{:?}", result.notes);
     // The torque gains lean on the other load, as if the tool were not there.
     let gain = result.parameters.iter().find(|parameter| parameter.name == "j2.torque_gain").unwrap();

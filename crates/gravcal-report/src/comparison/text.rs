@@ -98,8 +98,8 @@ fn tests(report: &ComparisonReport<'_>) -> String {
     let beside = report.comparison.sensors.iter().find_map(|sensor| sensor.beside_others.as_ref());
     let beside = beside.map_or_else(String::new, |beside| {
         let explained = format!(
-            "beside the others: by itself it is within its uncertainty, which all have in common (what tells the scale of torques, say); together with the \
-             others such differences have p {}.",
+            "beside the others: its own test tells no move, as its uncertainty is common to all sensors (that of a load's mass, say). Tested together, \
+             such differences have p {}.",
             probability(beside.p_value)
         );
         wrapped("  ", "  ", &explained)

@@ -239,7 +239,7 @@ impl Section<'_> {
         ];
         let Some((_, key)) = common.into_iter().find(|(stated, _)| *stated) else { return Ok(()) };
         let message = format!(
-            "{key} is of an error that is the same there and here, and would count as another one in each calibration: calibrate all tables together, \
+            "{key} states an error that both calibrations have in common, and each would count it as one of its own: calibrate all tables together, \
              without [prior]"
         );
         Err(self.error("calibration", message))

@@ -43,7 +43,7 @@ pub(super) fn frame_notes(session: &Session, payloads: &[PayloadResult]) -> Vec<
         let far = center.iter().map(|number| number.value * number.value).sum::<f64>().sqrt();
         let name = &chain.joints()[joint].name;
         Some(format!(
-            "The centre of mass of {} is told in the frame that {} makes of link {}: no reading tells that offset, and it is held. For each degree that it is \
+            "The centre of mass of {} is told with {} held, as no reading tells it, and the frame of link {} turns with that offset. For each degree that it is \
              off, the centre lies up to {} mm elsewhere, about the axis of {name}; its interval does not include that. Where the offset is known, state \
              it as fixed.",
             payload.load,

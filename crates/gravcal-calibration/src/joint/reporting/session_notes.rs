@@ -57,7 +57,7 @@ fn static_friction_note(session: &Session) -> Option<String> {
     let shown: Vec<String> = shown.map(of_joint).collect();
     (!shown.is_empty()).then(|| {
         format!(
-            "Joints with friction ({}): what is left of it in a joint that stands, all through a sweep of another, is an unknown of that sweep.",
+            "Joints with friction ({}): while another joint sweeps, an unknown part of it is in the torque of each that stands, one unknown for each joint and sweep.",
             shown.join(", ")
         )
     })
