@@ -100,7 +100,7 @@ fn from(truth: &Truth, session: &Session, start: State) -> Option<f64> {
         let by_noise = if truth.said.std { 0.0 } else { residuals.iter().map(size).sum() };
         end = Some(estimate.cost + by_noise);
         for (joint, noise) in noise_by_squares(&residuals, &alike).into_iter().enumerate() {
-            readings.noise[joint] = noise.unwrap_or(readings.noise[joint]);
+            readings.noise[joint] = noise.map_or(readings.noise[joint], |noise| noise.std);
         }
         values = Some(estimate.values);
     }

@@ -130,7 +130,7 @@ impl Thermometer {
             let rows = row_residuals(&problem, &estimate.values, &known.analysis, BATHS.len())?;
             let readings = rows.into_iter().map(|row| ReadingResidual { channel: 0, std: noise, row });
             let found = noise_by_squares(&readings.collect::<Vec<_>>(), &[None]);
-            noise = found[0].ok_or("the readings have no noise")?;
+            noise = found[0].ok_or("the readings have no noise")?.std;
         }
         Ok(noise)
     }

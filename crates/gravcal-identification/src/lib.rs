@@ -58,7 +58,7 @@ pub use misfit::Explained;
 pub use nearby::{
     AT_LEAST, BASELESS, IMPLAUSIBLE, MOST_COLUMNS, as_of_one_direction, least_informed_nearby, share_that_matters,
 };
-pub use noise::{ReadingResidual, noise_by_median, noise_by_squares};
+pub use noise::{ChannelNoise, ReadingResidual, noise_by_median, noise_by_squares};
 pub use profile::Profiled;
 pub use residuals::{RowResidual, row_residuals};
 pub use robust::solve_in_stages;

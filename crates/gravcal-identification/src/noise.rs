@@ -50,10 +50,21 @@ pub struct ReadingResidual {
     pub row: RowResidual,
 }
 
-/// Standard deviation of each channel's readings by the squares of its residuals, allowing for the parameters that the rows themselves took
-/// up, unit of the reading; nothing for a channel whose residuals tell none. `groups`: of each channel, the number of those whose noises are drawn
+/// The noise of a channel's readings as their residuals show it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelNoise {
+    /// Standard deviation, unit of the reading.
+    pub std: f64,
+    /// Degrees of freedom of the channel's own residuals, `d`.
+    pub own: f64,
+    /// All that tell it: `d + d₀`; infinite where channels that are alike have one noise.
+    pub freedom: f64,
+}
+
+/// The noise of each channel's readings by the squares of its residuals, allowing for the parameters that the rows themselves took
+/// up; nothing for a channel whose residuals tell none. `groups`: of each channel, the number of those whose noises are drawn
 /// from one distribution, if it is one of several that are alike.
-pub fn noise_by_squares(readings: &[ReadingResidual], groups: &[Option<usize>]) -> Vec<Option<f64>> {
+pub fn noise_by_squares(readings: &[ReadingResidual], groups: &[Option<usize>]) -> Vec<Option<ChannelNoise>> {
     let mut residuals = vec![Residuals::default(); groups.len()];
     for ReadingResidual { channel, std, row } in readings {
         let residual = row.whitened * std;
@@ -68,8 +79,11 @@ pub fn noise_by_squares(readings: &[ReadingResidual], groups: &[Option<usize>]) 
         members.into_iter().filter_map(|(group, members)| Some((group, CommonNoise::of(&members)?))).collect();
     let noise = residuals.iter().zip(groups).map(|(residuals, group)| {
         let common = group.and_then(|group| common.get(&group));
-        let variance = residuals.variance().map(|own| common.map_or(own, |common| common.moderated(*residuals)));
-        variance.map(f64::sqrt)
+        residuals.variance().map(|own| ChannelNoise {
+            std: common.map_or(own, |common| common.moderated(*residuals)).sqrt(),
+            own: residuals.freedom,
+            freedom: residuals.freedom + common.map_or(0.0, |common| common.freedom),
+        })
     });
     noise.collect()
 }
@@ -274,9 +288,11 @@ mod tests {
         let sample = |r: &[f64]| (r.iter().map(|r| r * r).sum::<f64>() / (r.len() - 1) as f64).sqrt();
         let noise = noise_by_squares(&readings, &[None; 3]);
         assert!(
-            (noise[0].unwrap() - sample(&first)).abs() < 1e-12 && (noise[2].unwrap() - sample(&second)).abs() < 1e-9
+            (noise[0].unwrap().std - sample(&first)).abs() < 1e-12
+                && (noise[2].unwrap().std - sample(&second)).abs() < 1e-9
         );
         assert_eq!(noise[1], None, "nobody read it");
+        assert!(noise[0].unwrap().freedom == noise[0].unwrap().own && (noise[0].unwrap().own - 4.0).abs() < 1e-12);
     }
 
     /// Channels 0 and 1 differ by chance, 2 and 3 too, and 4 belongs to none.
@@ -288,10 +304,23 @@ mod tests {
             .flat_map(|(channel, size)| of_channel(channel, 1.0, &[size, -size, size]))
             .collect();
         let noise = noise_by_squares(&readings, &[Some(0), Some(0), Some(3), Some(3), None]);
-        let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|channel: usize| noise[channel].unwrap());
+        let [a, b, c, d, e] = [0, 1, 2, 3, 4].map(|channel: usize| noise[channel].unwrap().std);
         let root = |mean: f64| (1.5 * mean).sqrt();
         let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-12;
         assert!(near(a, root(0.025)) && a == b && near(c, root(250.0)) && c == d && near(e, root(25.0)), "{noise:?}");
+        assert!(noise[..4].iter().all(|found| found.unwrap().freedom.is_infinite()), "{noise:?}");
+    }
+
+    /// Four channels with eleven degrees of freedom each and noises from 1 to 100: none tells much of another.
+    #[test]
+    fn channels_that_differ_have_the_freedom_of_their_own_residuals_and_little_more() {
+        let sizes = [1.0, 5.0, 20.0, 100.0].into_iter().enumerate();
+        let of = |(channel, size): (usize, f64)| of_channel(channel, 1.0, &[[size, -size]; 6].concat());
+        let readings: Vec<ReadingResidual> = sizes.flat_map(of).collect();
+        for found in noise_by_squares(&readings, &[Some(0); 4]) {
+            let ChannelNoise { own, freedom, .. } = found.unwrap();
+            assert!((own - 11.0).abs() < 1e-9 && freedom > own && freedom < own + 2.0, "{found:?}");
+        }
     }
 
     #[test]

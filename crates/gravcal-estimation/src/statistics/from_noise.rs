@@ -31,11 +31,12 @@
 //! ```
 //!
 //! so that at most one in 1,000 is below half of the right one: by 5.6 with ν = 3, 1.5 with 8, 1 from 17 on. Intervals stay. Several noises that are
-//! found from the same residuals share their degrees of freedom: each is taken to have as many as the others.
+//! found from the same residuals share their degrees of freedom: each is taken to have as many as the others. Noises that are alike, and
+//! inform one another, count as fewer than they are.
 
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
 use super::projected::{Piece, Projected, sandwiched};
 use super::{Covariance, Quantile, Solution, StatisticsError, Uncertainty};
@@ -45,14 +46,15 @@ use crate::Loss;
 const TOO_SMALL: f64 = 0.001;
 
 /// What is known of the size of the noise.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoiseScale {
     /// Stated before the residuals were seen: the covariance as it is, normal intervals.
     Stated,
     /// Already found from these residuals: the covariance as it is, larger where they are few; Student's intervals.
     Found {
-        /// How many noises share the degrees of freedom: one of forces and one of moments are two.
-        noises: usize,
+        /// How many noises share the degrees of freedom, one at least: one of forces and one of moments are two; of several that are alike,
+        /// but not one, each counts as a share of one.
+        noises: f64,
     },
     /// Stated up to a common factor, which the residuals tell: the covariance is scaled by χ² over its degrees of freedom,
     /// Student's intervals.
@@ -74,8 +76,8 @@ impl Uncertainty {
         if rows <= rank {
             return Err(StatisticsError::NoFreedom { rows, rank });
         }
-        let shared_by = if let NoiseScale::Found { noises } = noise { noises.max(1) } else { 1 };
-        let freedom = (rows - rank) as f64 / shared_by as f64;
+        let shared_by = if let NoiseScale::Found { noises } = noise { noises.max(1.0) } else { 1.0 };
+        let freedom = (rows - rank) as f64 / shared_by;
         let covariance = if robust {
             of_m_estimator(solution)?
         } else {
@@ -99,6 +101,17 @@ impl Uncertainty {
 fn cautious_factor(freedom: f64) -> f64 {
     let smallest = |found: ChiSquared| 0.5 * (freedom / found.inverse_cdf(TOO_SMALL)).sqrt();
     ChiSquared::new(freedom).map_or(f64::INFINITY, smallest).max(1.0)
+}
+
+/// By what a standard deviation and its interval are larger where the noise behind them was found with `own` degrees of freedom, and not with the `common`
+/// ones that they were told with; 1 where that is no fewer.
+pub fn larger_for_fewer(own: f64, common: f64) -> f64 {
+    if own.is_nan() || own >= common {
+        return 1.0;
+    }
+    let interval = |freedom: f64| StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975));
+    let factor = (interval(own) / interval(common)).max(cautious_factor(own) / cautious_factor(common));
+    if factor.is_finite() { factor } else { f64::MAX.sqrt() }
 }
 
 fn of_m_estimator(solution: &Solution<'_>) -> Result<Covariance, StatisticsError> {
@@ -175,7 +188,7 @@ mod tests {
         let [low, high] = relative.interval(0.0, &[(1, 1.0)]);
         let student = 3.182_446_305 * (0.1 * variance).sqrt();
         assert!((high - student).abs() < 1e-8 && (low + student).abs() < 1e-8);
-        let found = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 1 }).unwrap();
+        let found = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 1.0 }).unwrap();
         assert!(found.interval(0.0, &[(1, 1.0)])[1] > 1.6 * stated.interval(0.0, &[(1, 1.0)])[1]);
     }
 
@@ -183,7 +196,7 @@ mod tests {
     #[test]
     fn deviations_that_few_residuals_tell_are_told_larger_and_their_intervals_stay() {
         let solved = fit(line(&[0.1, 1.3, 1.8, 3.4, 3.9]));
-        let [stated, found] = [NoiseScale::Stated, NoiseScale::Found { noises: 1 }]
+        let [stated, found] = [NoiseScale::Stated, NoiseScale::Found { noises: 1.0 }]
             .map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
         let larger = found.covariance().std_of(&[(1, 1.0)]) / stated.covariance().std_of(&[(1, 1.0)]);
         assert!((larger - 0.5 * (3.0_f64 / 0.0243).sqrt()).abs() < 2e-3 * larger, "{larger}");
@@ -192,7 +205,7 @@ mod tests {
         assert!((cautious_factor(8.0) - 0.5 * (8.0_f64 / 0.857).sqrt()).abs() < 1e-3);
         assert_eq!([17.0, 100.0, 1e6].map(cautious_factor), [1.0; 3]);
         // Two noises have one and a half each.
-        let two = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 2 }).unwrap();
+        let two = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 2.0 }).unwrap();
         let larger = two.covariance().std_of(&[(1, 1.0)]) / stated.covariance().std_of(&[(1, 1.0)]);
         assert!((larger / cautious_factor(1.5) - 1.0).abs() < 1e-12 && larger > 10.0, "{larger}");
     }
@@ -200,7 +213,7 @@ mod tests {
     #[test]
     fn deviations_with_a_loss_are_told_as_much_larger() {
         let solved = fit_robustly(&[-0.5, 0.4, 0.1, -0.3, 0.2, 0.6, -0.6, 30.0], Loss::Huber(1.0));
-        let [stated, found] = [NoiseScale::Stated, NoiseScale::Found { noises: 1 }]
+        let [stated, found] = [NoiseScale::Stated, NoiseScale::Found { noises: 1.0 }]
             .map(|n| Uncertainty::from_noise(&solved.solution(), n).unwrap());
         let larger = found.covariance().std_of(&[(0, 1.0)]) / stated.covariance().std_of(&[(0, 1.0)]);
         assert!((larger - cautious_factor(7.0)).abs() < 1e-12 && larger > 1.5, "{larger}");
@@ -212,11 +225,20 @@ mod tests {
     fn without_a_residual_left_there_is_no_noise_to_estimate() {
         let solved = fit(line(&[1.0, 2.0]));
         assert!(Uncertainty::from_noise(&solved.solution(), NoiseScale::Stated).is_ok());
-        let refused = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 1 }).unwrap_err();
+        let refused = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found { noises: 1.0 }).unwrap_err();
         assert_eq!(refused, StatisticsError::NoFreedom { rows: 2, rank: 2 });
     }
 
     /// Huber's formula by hand, for the level of readings of which one is far out.
+    /// Student's t of three degrees of freedom is 3.18, of 270 it is 1.97; the factor of three is 5.6.
+    #[test]
+    fn fewer_degrees_of_freedom_make_larger_deviations() {
+        assert!((larger_for_fewer(3.0, 270.0) - 5.6).abs() < 0.05, "{}", larger_for_fewer(3.0, 270.0));
+        assert!((larger_for_fewer(20.0, 1e4) - 2.086 / 1.960).abs() < 1e-3, "{}", larger_for_fewer(20.0, 1e4));
+        assert_eq!([larger_for_fewer(30.0, 30.0), larger_for_fewer(f64::INFINITY, 30.0)], [1.0; 2]);
+        assert!(larger_for_fewer(0.0, 30.0) > 1e6);
+    }
+
     #[test]
     fn a_loss_takes_the_size_of_the_noise_from_the_residuals() {
         let y = [-0.5, 0.4, 0.1, -0.3, 0.2, 0.6, -0.6, 30.0];

@@ -25,7 +25,7 @@ pub use blocks::{MIN_BLOCKS, MIN_BLOCKS_LEFT_OUT, SampleBlocks};
 pub use bootstrap::{Bootstrap, Resampling};
 pub use covariance::{Covariance, LinearFunction, stored_coordinates};
 pub use error::{StatisticsError, TooFewBlocks};
-pub use from_noise::NoiseScale;
+pub use from_noise::{NoiseScale, larger_for_fewer};
 pub use jackknife::{DeterminedByOneBlock, Jackknife};
 pub use moved_by::moved_by;
 pub use quantile::Quantile;

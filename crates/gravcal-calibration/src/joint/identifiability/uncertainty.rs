@@ -6,16 +6,17 @@
 
 use gravcal_estimation::statistics::{
     Bootstrap, DeterminedByOneBlock, Jackknife, NoiseScale, Resampling, SampleBlocks, Solution, StatisticsError,
-    Uncertainty,
+    Uncertainty, larger_for_fewer,
 };
 use gravcal_estimation::{BlockId, Loss, RankAnalysis};
 use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::pose_blocks::BlocksOfPoses;
 use crate::joint::solved::Solved;
-use crate::joint::solving::noise::noises;
+use crate::joint::solving::noise::NoisesFound;
 use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
 
 /// Fewer poses do not tell by themselves what an error of the model does.
@@ -84,10 +85,11 @@ impl Solved {
         let estimated = self.readings().noise_found(session) && self.freedom_of_noise(session).is_none();
         let robust = self.built.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
-        let noise_scale = match (widened_by, estimated) {
-            (_, true) => NoiseScale::Found { noises: noises(session) },
-            (Some(_), false) => NoiseScale::Relative,
-            (None, false) => NoiseScale::Stated,
+        let noises = if estimated { Some(self.noises_found(session)?) } else { None };
+        let noise_scale = match (widened_by, &noises) {
+            (_, Some(noises)) => NoiseScale::Found { noises: noises.count },
+            (Some(_), None) => NoiseScale::Relative,
+            (None, None) => NoiseScale::Stated,
         };
         let source = match (session.noise_estimated().contains(&true) || robust, estimated) {
             (true, _) => NoiseSource::Residuals,
@@ -98,6 +100,10 @@ impl Solved {
         // Where only some channels state their noise, χ² of all says nothing of theirs.
         let uncertainty = match widened_by.filter(|_| estimated) {
             Some(factor) => uncertainty.widened(&vec![factor; self.judged_problem().columns().len()]),
+            None => uncertainty,
+        };
+        let uncertainty = match &noises {
+            Some(noises) => uncertainty.widened(&self.fewer_degrees_of_freedom(session, noises)),
             None => uncertainty,
         };
         let by_noise = UncertaintyResult::Noise { source, widened_by };
@@ -112,6 +118,28 @@ impl Solved {
         };
         let reported = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
         Ok((uncertainty.larger_of(left_out), reported))
+    }
+
+    /// By what the standard deviation of each column is larger that rests on one joint's noise, where this has fewer degrees of freedom than
+    /// noises have on the average: gain, bias and models of the joint's torque sensor.
+    fn fewer_degrees_of_freedom(&self, session: &Session, noises: &NoisesFound) -> Vec<f64> {
+        let mut factors = vec![1.0; self.judged_problem().columns().len()];
+        let common = self.freedom() as f64 / noises.count.max(1.0);
+        for id in session.parameters() {
+            let joint = match id {
+                ParameterId::Sensor(joint, SensorParameter::TorqueGain | SensorParameter::TorqueBias) => Some(joint),
+                ParameterId::Sensor(..) => None,
+                ParameterId::Further(place) => {
+                    session.terms.site(place).filter(|(_, torque)| *torque).map(|site| site.0)
+                }
+            };
+            let Some(own) = joint.and_then(|joint| noises.of_channels[joint]) else { continue };
+            let factor = larger_for_fewer(own, common);
+            self.judged_problem()
+                .columns_of(self.built.variables.block(id))
+                .for_each(|column| factors[column] = factor);
+        }
+        factors
     }
 
     /// Degrees of freedom that are left to tell the noise, where it is to be found from them and they are too few for that.

@@ -1,9 +1,11 @@
 //! Noise of the sensors where no reading states it: from the residuals of their channels.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use gravcal_estimation::{EvaluateError, Loss};
-use gravcal_identification::{ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals};
+use gravcal_identification::{
+    ChannelNoise, ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals,
+};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use crate::joint::measurement_set::first_noise;
@@ -13,7 +15,8 @@ impl Solved {
     /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up. `rows`: the solution's
     /// own, here and below.
     pub(in crate::joint) fn residual_noise(&self, session: &Session, rows: &[RowResidual]) -> Vec<f64> {
-        self.or_as_before(noise_by_squares(&self.reading_residuals(session, rows), &alike(session)))
+        let found = self.noise_by_squares(session, rows).into_iter();
+        self.or_as_before(found.map(|found| Some(found?.std)).collect())
     }
 
     /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
@@ -27,6 +30,29 @@ impl Solved {
             Loss::None => self.residual_noise(session, rows),
             _ => self.median_noise(session, rows),
         }
+    }
+
+    /// The noises that are found from the residuals.
+    pub(in crate::joint) fn noises_found(&self, session: &Session) -> Result<NoisesFound, EvaluateError> {
+        let groups = alike(session);
+        // Under a loss M-estimators find the size of the noise by themselves.
+        if self.built.loss != Loss::None {
+            let count = groups.iter().flatten().collect::<BTreeSet<&usize>>().len() as f64;
+            return Ok(NoisesFound { count, of_channels: vec![None; groups.len()] });
+        }
+        let found = self.noise_by_squares(session, &self.row_residuals()?);
+        let found: Vec<Option<ChannelNoise>> =
+            found.into_iter().zip(&groups).map(|(found, group)| found.filter(|_| group.is_some())).collect();
+        let mut members: BTreeMap<usize, Vec<ChannelNoise>> = BTreeMap::new();
+        for (found, group) in found.iter().zip(groups) {
+            group.into_iter().for_each(|group| members.entry(group).or_default().extend(found));
+        }
+        let count = members.values().map(|members| noises_of(members)).sum();
+        Ok(NoisesFound { count, of_channels: found.into_iter().map(|found| Some(found?.freedom)).collect() })
+    }
+
+    fn noise_by_squares(&self, session: &Session, rows: &[RowResidual]) -> Vec<Option<ChannelNoise>> {
+        noise_by_squares(&self.reading_residuals(session, rows), &alike(session))
     }
 
     fn or_as_before(&self, found: Vec<Option<f64>>) -> Vec<f64> {
@@ -77,9 +103,23 @@ fn alike(session: &Session) -> Vec<Option<usize>> {
     estimated.map(|(channel, estimated)| estimated.then(|| group(channel))).collect()
 }
 
-/// How many noises are found, if channels that are alike have one.
-pub(in crate::joint) fn noises(session: &Session) -> usize {
-    alike(session).into_iter().flatten().collect::<BTreeSet<usize>>().len()
+/// The noises that residuals tell.
+pub(in crate::joint) struct NoisesFound {
+    /// How many there are, each with as many degrees of freedom as the others. Channels that are alike have one; of `k` that differ, and of which each
+    /// has `d₀` degrees of freedom from the others beside its own, `D` in all, there are `D/(D/k + d₀)`.
+    pub count: f64,
+    /// The degrees of freedom of each channel's, `d + d₀`; infinite where channels that are alike have one noise.
+    pub of_channels: Vec<Option<f64>>,
+}
+
+/// How many noises those of channels that are alike count as; of none, one.
+fn noises_of(members: &[ChannelNoise]) -> f64 {
+    if members.is_empty() {
+        return 1.0;
+    }
+    let own: f64 = members.iter().map(|member| member.own).sum();
+    let freedom: f64 = members.iter().map(|member| member.freedom).sum();
+    (own * members.len() as f64 / freedom).max(1.0)
 }
 
 /// Of each channel, whether the size of its errors is found from the residuals.
@@ -117,6 +157,15 @@ mod tests {
         let (session, readings) = few(true);
         let solved = solved(&session, &readings);
         assert_eq!(solved.minus_log_likelihood(&session).unwrap(), solved.estimate.cost);
+    }
+
+    #[test]
+    fn noises_that_are_alike_are_one_and_those_that_differ_nearly_as_many_as_they_are() {
+        let members = |freedom: f64| vec![ChannelNoise { std: 1.0, own: 11.0, freedom }; 4];
+        assert_eq!(noises_of(&members(f64::INFINITY)), 1.0);
+        // 44 degrees of freedom, of which each noise has 11 and one of the others.
+        assert!((44.0 / noises_of(&members(12.0)) - 12.0).abs() < 1e-12);
+        assert_eq!((noises_of(&members(11.0)), noises_of(&[])), (4.0, 1.0));
     }
 
     /// `½ χ² / f² + (n − rank) ln f` is least at the noise that the degrees of freedom give, and not at that which all readings would.
