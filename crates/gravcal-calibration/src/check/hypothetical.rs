@@ -50,6 +50,8 @@ pub(crate) struct Hypothetical {
     pub session: Session,
     /// Where it is judged.
     pub values: State,
+    /// Whether a fit finds the size of the readings' errors from their residuals.
+    pub noise_found: bool,
     /// Standard deviation of a further reading, by channel; `None` where none of the channel is read.
     pub noise: Vec<Option<f64>>,
 }
@@ -70,6 +72,7 @@ impl Hypothetical {
             (!stds.is_empty()).then(|| stds.iter().sum::<f64>() / stds.len() as f64)
         };
         let noise: Vec<Option<f64>> = (0..session.channel_count()).map(noise).collect();
+        let noise_found = readings.noise_found(session);
         let mut session = session.clone();
         for pose in 0..session.poses.len() {
             for (channel, noise) in noise.iter().enumerate() {
@@ -78,7 +81,7 @@ impl Hypothetical {
                 }
             }
         }
-        Ok(Hypothetical { values, session, noise })
+        Ok(Hypothetical { values, session, noise_found, noise })
     }
 
     /// The same with fewer poses, each of so many times the weight that they say about as much: every so many of each load. All are
@@ -104,7 +107,7 @@ impl Hypothetical {
 
     /// What can be known.
     pub fn judge(&self) -> Result<NominalVerdict, EstimateError> {
-        judge_at(&self.session, &select(&self.session, Signals::All), &self.values)
+        judge_at(&self.session, &select(&self.session, Signals::All), (&self.values, self.noise_found))
     }
 
     /// Adds poses with a load (or none) at the given coordinates, rad or m (a body without joints is turned every way), in which

@@ -38,11 +38,11 @@ impl NominalVerdict {
     }
 }
 
-/// Judges the readings at the given values; a standard deviation follows from a first guess where no reading states its noise.
+/// Judges the readings at the given values, where a fit finds their noise or not; a standard deviation follows from a first guess where no reading states its noise.
 pub(super) fn judge_at(
     session: &Session,
     readings: &MeasurementSet,
-    values: &State,
+    (values, noise_found): (&State, bool),
 ) -> Result<NominalVerdict, EstimateError> {
     let readings = &readings.with_displacements(session, values)?;
     let mut judged = Solved::at_start(build_with_constraints(session, readings, values)?)?;
@@ -74,9 +74,11 @@ pub(super) fn judge_at(
             predicted_std: std(built.variables.block(id)).filter(|_| determined),
         });
     }
+    let untold = if noise_found { judged.untold_noise(session, readings)? } else { None };
+    let untold = untold.map(|untold| untold.of(without_numbers(&mut parameters)));
     let situation = judged.situation(session);
-    let mut undetermined: Vec<Undetermined> =
-        judgement.combinations.iter().map(|c| situation.report(&c.into())).collect();
+    let combinations = judgement.combinations.iter().map(|c| situation.report(&c.into()));
+    let mut undetermined: Vec<Undetermined> = untold.into_iter().chain(combinations).collect();
     undetermined.extend(unknown_sign(session, &judged, &spreads));
     undetermined.extend(last_frame_choices(session));
     let payloads = payloads(session, &judged).into_iter().map(|payload| CheckedPayload {
@@ -85,6 +87,16 @@ pub(super) fn judge_at(
         undetermined: payload.undetermined,
     });
     Ok(NominalVerdict { parameters, payloads: payloads.collect(), undetermined })
+}
+
+/// Takes what is determined for undetermined; the names of those that are asked for.
+fn without_numbers(parameters: &mut [CheckedParameter]) -> Vec<String> {
+    let mut names = Vec::new();
+    for parameter in parameters.iter_mut().filter(|parameter| parameter.determined && parameter.held.is_none()) {
+        (parameter.determined, parameter.predicted_std) = (false, None);
+        names.extend(parameter.asked.then(|| parameter.name.clone()));
+    }
+    names
 }
 
 /// Largest less smallest reading that the nominal model predicts for each channel, unit of the reading; never less than

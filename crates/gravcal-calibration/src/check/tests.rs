@@ -406,3 +406,36 @@ fn what_is_given_as_exact_is_not_turned_over() {
     assert_eq!(over.loads[0], [0.1, 0.2, 0.3]);
     assert_eq!(over.loads[1], State::nominal(&session).loads[1].map(|component| -component));
 }
+
+/// Where a fit would find no noise `check` must not promise numbers: as many readings as unknowns.
+#[test]
+fn readings_that_leave_nothing_to_tell_their_noise_determine_nothing() {
+    let few = |stated: bool, poses: usize| {
+        let mut session = crate::testing::sarcos_shoulder().session(0);
+        let every = session.poses.len() / poses;
+        let mut place = 0;
+        session.poses.retain(|_| {
+            place += 1;
+            place % every == 0
+        });
+        if !stated {
+            session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|r| r.std = None);
+        }
+        check(&session).unwrap()
+    };
+    let determined = |report: &CheckReport| {
+        report.parameters.iter().filter(|parameter| parameter.determined && parameter.held.is_none()).count()
+    };
+    let untold = |report: &CheckReport| {
+        report.undetermined.iter().any(|open| open.undetermined.combination == "the size of the noise")
+    };
+    let of = |poses: usize| (few(true, poses), few(false, poses));
+    let counts: Vec<(usize, bool, usize, bool)> = (4..10)
+        .map(of)
+        .map(|(stated, unstated)| (determined(&stated), untold(&stated), determined(&unstated), untold(&unstated)))
+        .collect();
+    assert!(counts.iter().all(|(_, stated, left, unstated)| !stated && (*left == 0 || !unstated)), "{counts:?}");
+    assert!(counts.iter().any(|(known, _, _, unstated)| *known > 0 && *unstated), "{counts:?}");
+    let (_, more) = of(40);
+    assert!(!untold(&more) && determined(&more) > 0, "{:?}", more.undetermined);
+}

@@ -28,10 +28,10 @@ use gravcal_estimation::Termination;
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
-use crate::joint::building::build::build_problem;
 use crate::joint::ends::other_ends::or_other_end;
 use crate::joint::ends::symmetries::settled;
 use crate::joint::error::EstimateError;
+use crate::joint::identifiability::untold_noise::untold_beside_earlier;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::Answer;
@@ -76,15 +76,10 @@ pub fn solve(
 /// Beside what is known from an earlier calibration, readings that tell no more numbers than they are have residuals of any size, and no noise that could be
 /// estimated: its likelihood has no maximum.
 fn check_noise_told(session: &Session, readings: &MeasurementSet) -> Result<(), EstimateError> {
-    if session.earlier.is_none() || !session.noise_estimated().contains(&true) {
-        return Ok(());
-    }
-    let alone = Session { earlier: None, ..session.clone() };
-    let built = build_problem(&alone, readings, &State::nominal(session))?;
-    let rows = built.problem.rows();
-    match rows > Solved::at_start(built)?.analysis.rank() {
-        true => Ok(()),
-        false => Err(EstimateError::NoiseUntold { readings: readings.count() }),
+    let found = session.noise_estimated().contains(&true);
+    match found && untold_beside_earlier(session, readings)?.is_some() {
+        true => Err(EstimateError::NoiseUntold { readings: readings.count() }),
+        false => Ok(()),
     }
 }
 

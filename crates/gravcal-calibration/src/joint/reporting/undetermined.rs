@@ -3,35 +3,21 @@
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{LAST_FRAME_CHOICE, Session};
 
-use crate::joint::identifiability::uncertainty::LEAST_FREEDOM;
+use crate::joint::identifiability::untold_noise::UntoldNoise;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::solved::Solved;
-use crate::result::{ParameterResult, Undetermined};
+use crate::result::Undetermined;
 
 /// All of it: the noise if that is unknown, combinations without information, gravity's sign, choices of frames.
 pub(super) fn undetermined(session: &Session, answer: &Answer) -> Vec<Undetermined> {
     let Answer { solved, judgement, parameters, .. } = answer;
     let situation = solved.situation(session);
-    let noise = unknown_noise(session, solved, parameters);
+    let open = parameters.iter().filter(|parameter| parameter.asked && !parameter.determined);
+    let untold = solved.freedom_of_noise(session).map(|_| UntoldNoise::of_solved(solved));
+    let noise = untold.map(|untold| untold.of(open.map(|parameter| parameter.name.clone()).collect()));
     let combinations = judgement.combinations.iter().map(|c| situation.report(&c.into()));
     let sign = unknown_sign(session, solved, &solved.readings().spreads);
     noise.into_iter().chain(combinations).chain(sign).chain(last_frame_choices(session)).collect()
-}
-
-/// Noise that no std states, where too few readings are left to tell it: then nothing tells how well anything is known.
-fn unknown_noise(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Option<Undetermined> {
-    let freedom = solved.freedom_of_noise(session)?;
-    let (rows, rank) = (solved.judged_problem().rows(), solved.analysis.rank());
-    let open = parameters.iter().filter(|parameter| parameter.asked && !parameter.determined);
-    Some(Undetermined {
-        combination: "the size of the noise".into(),
-        parameters: open.map(|parameter| parameter.name.clone()).collect(),
-        why: format!(
-            "the noise is not stated, and {rows} readings that determine {rank} numbers leave {freedom} degrees of freedom to estimate it from; \
-             at least {LEAST_FREEDOM} are needed. Without it nothing tells how well anything is known"
-        ),
-        cure: "state the std of the torque readings (readings.torque.std), or record more poses".into(),
-    })
 }
 
 /// The choices of the last links' frames, told as something undetermined.
