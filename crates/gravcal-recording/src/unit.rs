@@ -181,7 +181,7 @@ impl FromStr for TorqueUnit {
         let plain = text.trim().replace(['·', '⋅', '*', '.', ' '], "");
         match plain.as_str() {
             "Nm" => Ok(TorqueUnit::NewtonMeter),
-            "mNm" => Ok(TorqueUnit::MillinewtonMeter),
+            "mNm" | "Nmm" => Ok(TorqueUnit::MillinewtonMeter),
             "N" => Ok(TorqueUnit::Newton),
             "A" => Ok(TorqueUnit::Ampere),
             "mA" => Ok(TorqueUnit::Milliampere),
@@ -191,7 +191,7 @@ impl FromStr for TorqueUnit {
             _ => Err(UnknownUnit {
                 quantity: "torque",
                 found: text.to_owned(),
-                accepted: "N·m (also Nm, N*m), mN·m, N, A, mA, %, count, V",
+                accepted: "N·m (also Nm, N*m), mN·m (also N·mm), N, A, mA, %, count, V",
             }),
         }
     }
@@ -230,7 +230,9 @@ mod tests {
         for spelling in ["N·m", "N⋅m", "Nm", "N*m", "N m", "N.m", " Nm "] {
             assert_eq!(spelling.parse(), Ok(TorqueUnit::NewtonMeter));
         }
-        assert_eq!("mNm".parse(), Ok(TorqueUnit::MillinewtonMeter));
+        for spelling in ["mNm", "mN·m", "Nmm", "N·mm"] {
+            assert_eq!(spelling.parse(), Ok(TorqueUnit::MillinewtonMeter));
+        }
         assert_eq!(["°", "degrees", "deg"].map(str::parse), std::array::from_fn(|_| Ok(PositionUnit::Degree)));
     }
 
@@ -262,7 +264,7 @@ mod tests {
         }
 
         let message = "kNm".parse::<TorqueUnit>().unwrap_err().to_string();
-        let accepted = "N·m (also Nm, N*m), mN·m, N, A, mA, %, count, V";
+        let accepted = "N·m (also Nm, N*m), mN·m (also N·mm), N, A, mA, %, count, V";
         assert_eq!(message, format!("`kNm` is no unit of torque; accepted are {accepted}"));
         for unit in TorqueUnit::ALL {
             assert!(message.contains(unit.name()));

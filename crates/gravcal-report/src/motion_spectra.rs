@@ -92,7 +92,7 @@ mod tests {
         }
         let windows = Some(Box::new(MotionWindows { length: 0.64, ..MotionWindows::default() }));
         let path = "moving.csv".into();
-        session.searched = vec![Searched { path, standstills: None, sweeps: None, windows, remarks: Vec::new() }];
+        session.searched = vec![Searched { path, windows, ..Searched::default() }];
         session
     }
 

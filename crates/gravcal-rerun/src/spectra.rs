@@ -58,8 +58,7 @@ mod tests {
         }
         let windows = Some(Box::new(MotionWindows { length: 0.64, ..MotionWindows::default() }));
         let path = "moving.csv".into();
-        calibrated.session.searched =
-            vec![Searched { path, standstills: None, sweeps: None, windows, remarks: Vec::new() }];
+        calibrated.session.searched = vec![Searched { path, windows, ..Searched::default() }];
         calibrated
     }
 

@@ -1,4 +1,4 @@
-//! The numbers of a row that matter, in SI units: positions first, then torques, instruments, temperatures, velocities.
+//! The numbers of a row that matter, in SI units: positions first, then torques, instruments, velocities, temperatures, further columns.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -34,8 +34,9 @@ pub(crate) struct Channels {
     pub position_units: Vec<PositionUnit>,
     pub torques: Vec<Option<usize>>,
     pub instruments: Vec<Option<usize>>,
-    pub temperature: Vec<usize>,
     pub velocity: Vec<usize>,
+    pub temperature: Vec<usize>,
+    pub further: Vec<usize>,
     /// Where a velocity is only known as a slope: that of a standstill is zero.
     pub velocity_is_slope: bool,
     time: Channel,
@@ -76,12 +77,14 @@ impl Channels {
             mapping.instruments.iter().map(|column| column.as_ref().map(|column| add(reading(column, 1.0)))).collect();
         let mut conditions =
             |columns: &[ConditionColumn]| columns.iter().map(|column| add(condition(column))).collect();
-        let temperature = conditions(&mapping.conditions.temperature);
         let velocity = match &mapping.conditions.velocity {
             MotionSource::Columns(columns) => conditions(columns),
             MotionSource::Unknown | MotionSource::Slope(_) => Vec::new(),
         };
+        let temperature = conditions(&mapping.conditions.temperature);
         let none = [f64::NEG_INFINITY, f64::INFINITY];
+        let further = mapping.conditions.further.iter();
+        let further = further.map(|column| add(channel(&column.column, 1.0, 0.0, none))).collect();
         Channels {
             joints: mapping.positions.len(),
             position_units: mapping.positions.iter().map(|position| position.unit).collect(),
@@ -89,8 +92,9 @@ impl Channels {
             places: vec![NOWHERE; list.len()],
             torques,
             instruments,
-            temperature,
             velocity,
+            temperature,
+            further,
             velocity_is_slope: matches!(mapping.conditions.velocity, MotionSource::Slope(_)),
             time: mapping.conditions.time.as_ref().map_or_else(|| channel(TIME, 1.0, 0.0, none), condition),
             clock: mapping.conditions.time.as_ref().map_or(ConditionUnit::TIME[0], |time| time.unit),
@@ -157,11 +161,17 @@ impl Channels {
         }
     }
 
-    /// The time of a row, s, and the numbers in it; NaN where it says nothing.
+    /// The time of a row, s, and the numbers in it; NaN where it says nothing. Temperatures and further columns, which may come more seldom than
+    /// the rest, are as they were last.
     pub fn read(&self, row: &Row, values: &mut [f64]) -> f64 {
         let cell = |place: usize| row.cells.get(place).copied().unwrap_or(f64::NAN);
-        for ((value, [scale, zero]), place) in values.iter_mut().zip(&self.units).zip(&self.places) {
-            *value = cell(*place) * scale + zero;
+        let held = self.list.len() - self.temperature.len() - self.further.len();
+        for (index, (value, place)) in values.iter_mut().zip(&self.places).enumerate() {
+            let [scale, zero] = self.units[index];
+            let new = cell(*place) * scale + zero;
+            if index < held || !new.is_nan() {
+                *value = new;
+            }
         }
         cell(self.time_place) * self.time.scale + self.time.zero
     }

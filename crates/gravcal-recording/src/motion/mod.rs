@@ -1,5 +1,6 @@
 //! A recording in motion as blocks of samples: what standstills ([`crate::still`]) and sweeps ([`crate::sweep`]) are found in.
 
+mod alternation;
 pub(crate) mod approach;
 pub(crate) mod block;
 pub(crate) mod channels;

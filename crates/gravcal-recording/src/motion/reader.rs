@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::alternation::Alternation;
 use super::channels::Channels;
 use super::row_clock::{ClockSteps, RowClock};
 use super::sampler::Samples;
@@ -41,12 +42,14 @@ pub(crate) struct Reader<'a> {
     slowest: Option<(usize, f64)>,
     pub without_time: u64,
     pub wraps: Wraps,
+    alternation: Alternation,
 }
 
 impl<'a> Reader<'a> {
     pub fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, part: Part) -> Reader<'a> {
         channels.look(rows.columns());
         let values = vec![f64::NAN; channels.list.len()];
+        let alternation = Alternation::new(values.len());
         let wraps = Wraps::new(channels.position_units.iter().copied());
         Reader {
             path,
@@ -60,6 +63,7 @@ impl<'a> Reader<'a> {
             slowest: None,
             without_time: 0,
             wraps,
+            alternation,
         }
     }
 
@@ -75,8 +79,13 @@ impl<'a> Reader<'a> {
                 continue;
             }
             let since = time - *self.begun.get_or_insert(time);
+            // A row of another topic, which says nothing of what stands and moves, may have a clock of its own.
+            if self.values[..self.channels.tested()].iter().all(|value| value.is_nan()) {
+                continue;
+            }
             if self.part.holds(since) {
-                self.steps.take(time);
+                self.steps.take(time, !self.values[0].is_nan());
+                self.alternation.take(&self.values);
                 self.wraps.take(&self.values[..self.channels.joints]);
                 return Ok(Some((time, self.row.number)));
             }
@@ -110,6 +119,11 @@ impl<'a> Reader<'a> {
             Some((channel, interval)) => clock.with_slowest(&self.channels.list[channel].column, interval.recip()),
             None => clock,
         }
+    }
+
+    /// The columns whose readings go back and forth from row to row, as those of two sources.
+    pub fn alternating(&mut self) -> Vec<String> {
+        self.alternation.columns(&self.channels)
     }
 
     /// No two rows have readings and different times.

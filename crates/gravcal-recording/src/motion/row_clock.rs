@@ -21,6 +21,10 @@ const PAUSE: f64 = 5.0;
 const FEWEST: usize = 5;
 const OF_STEPS: f64 = 0.01;
 const OF_TIME: f64 = 0.5;
+/// No recording has rows so far apart, s.
+const HARDLY_SECONDS: f64 = 10.0;
+/// A larger share of rows that go backwards in time is no jump of the clock.
+const UNORDERED: f64 = 0.01;
 
 /// How rows come by a recording's clock.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +38,8 @@ pub struct RowClock {
     /// The column that says something most seldom, of those that must stand, and how often a second; `None` where nearly every row says
     /// all of them. Two topics have rows of their own, at their own rates.
     pub seldom: Option<(String, f64)>,
+    /// Share of the rows that say where the first joint is whose time is less than that of the one before.
+    pub backwards: f64,
 }
 
 impl RowClock {
@@ -46,6 +52,24 @@ impl RowClock {
         ))
     }
 
+    /// What can hardly be of these times, and what to do.
+    pub fn doubt(&self) -> Option<String> {
+        let RowClock { column, rate, backwards, .. } = self;
+        if *backwards > UNORDERED {
+            return Some(format!(
+                "the clock `{column}` goes backwards in {:.0} % of the rows: they are not in the order of time. Sort them by it.",
+                100.0 * backwards
+            ));
+        }
+        (*rate > 0.0 && rate.recip() > HARDLY_SECONDS).then(|| {
+            format!(
+                "by the clock `{column}` rows are {:.3e} s apart: is its unit right? Say it (readings.time = {{ column = \"{column}\", unit = \"ms\" }}, or \
+                 µs, or ns).",
+                rate.recip()
+            )
+        })
+    }
+
     /// The same where the slowest column says something a second so many times.
     pub(crate) fn with_slowest(self, column: &str, rate: f64) -> RowClock {
         let seldom = (rate < SELDOM * self.rate).then(|| (column.to_owned(), rate));
@@ -56,6 +80,7 @@ impl RowClock {
     pub(crate) fn cure(&self, otherwise: &str) -> String {
         match self.bursts {
             None => otherwise.to_owned(),
+            Some((_, apart)) if apart > HARDLY_SECONDS => "is the unit of the clock right? say it: readings.time = { column = \"…\", unit = \"ms\" }, or µs, or ns".to_owned(),
             Some(_) => "these are times at which rows were received or written: name a column with the times at which they were measured \
                         (readings.time = { column = \"…\", unit = \"s\" }), record those (header.stamp), or, where rows are evenly spaced, \
                         write such times"
@@ -66,7 +91,7 @@ impl RowClock {
 
 impl fmt::Display for RowClock {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let RowClock { column, rate, bursts, seldom } = self;
+        let RowClock { column, rate, bursts, seldom, .. } = self;
         match bursts {
             Some((rows, apart)) => write!(
                 f,
@@ -94,10 +119,18 @@ fn hertz(rate: f64) -> String {
 pub(crate) struct ClockSteps {
     last: Option<f64>,
     steps: Vec<f64>,
+    /// Of rows that say where the first joint is: the last time, how many there are, and how many go backwards.
+    of_first: (Option<f64>, u64, u64),
 }
 
 impl ClockSteps {
-    pub fn take(&mut self, time: f64) {
+    /// `says_first`: whether the row says where the first joint is; topics come with delays of their own.
+    pub fn take(&mut self, time: f64, says_first: bool) {
+        if says_first {
+            let (last, rows, backwards) = self.of_first;
+            let goes_back = last.is_some_and(|last| time < last);
+            self.of_first = (Some(time), rows + 1, backwards + u64::from(goes_back));
+        }
         if self.steps.len() < FIRST
             && let Some(last) = self.last.replace(time)
         {
@@ -109,10 +142,12 @@ impl ClockSteps {
     /// What they come to, of the clock in this column.
     pub fn clock(&self, column: &str) -> RowClock {
         let steps: Vec<f64> = self.steps.iter().copied().filter(|step| *step >= 0.0).collect();
+        let (_, rows, backwards) = self.of_first;
+        let backwards = backwards as f64 / rows.max(1) as f64;
         let forward: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
         let column = column.to_owned();
         if forward.is_empty() {
-            return RowClock { column, ..RowClock::default() };
+            return RowClock { column, backwards, ..RowClock::default() };
         }
         let usual = median(forward.clone());
         let whole: f64 = forward.iter().sum();
@@ -122,14 +157,14 @@ impl ClockSteps {
         let are_bursts = pauses.len() >= FEWEST && pauses.len() as f64 >= OF_STEPS * count && paused > OF_TIME * whole;
         if are_bursts {
             let (rows, apart) = ((count + 1.0) / (pauses.len() + 1) as f64, whole / pauses.len() as f64);
-            return RowClock { column, rate: rows / apart, bursts: Some((rows, apart)), seldom: None };
+            return RowClock { column, rate: rows / apart, bursts: Some((rows, apart)), seldom: None, backwards };
         }
         // Rows of one time.
         if standing >= forward.len() {
             let rows = (count + 1.0) / (forward.len() + 1) as f64;
-            return RowClock { column, rate: rows / usual, bursts: Some((rows, usual)), seldom: None };
+            return RowClock { column, rate: rows / usual, bursts: Some((rows, usual)), seldom: None, backwards };
         }
-        RowClock { column, rate: usual.recip(), bursts: None, seldom: None }
+        RowClock { column, rate: usual.recip(), bursts: None, seldom: None, backwards }
     }
 }
 
@@ -139,7 +174,7 @@ mod tests {
 
     fn clock(times: impl Iterator<Item = f64>) -> String {
         let mut steps = ClockSteps::default();
-        times.for_each(|time| steps.take(time));
+        times.for_each(|time| steps.take(time, true));
         steps.clock("t").to_string()
     }
 
@@ -158,6 +193,20 @@ mod tests {
         assert_eq!(slow.to_string(), "by its clock `t` rows come at 100 Hz, and `tau` in 20 of them a second");
         assert!(slow.advice().starts_with("let the arm stand for 2.0 s or more"), "{}", slow.advice());
         assert_eq!(clock.clone().with_slowest("tau", 99.0), clock);
+    }
+
+    #[test]
+    fn times_that_can_hardly_be_are_doubted() {
+        let doubt = |times: &mut dyn Iterator<Item = f64>| {
+            let mut steps = ClockSteps::default();
+            times.for_each(|time| steps.take(time, true));
+            steps.clock("t").doubt()
+        };
+        assert_eq!(doubt(&mut (0..500).map(f64::from)), None);
+        let shuffled = doubt(&mut (0..500).map(|row| f64::from(row ^ 1))).unwrap();
+        assert!(shuffled.starts_with("the clock `t` goes backwards in 50 % of the rows"), "{shuffled}");
+        let nanoseconds = doubt(&mut (0..500).map(|row| 1e3 * f64::from(row))).unwrap();
+        assert!(nanoseconds.contains("rows are 1.000e3 s apart: is its unit right?"), "{nanoseconds}");
     }
 
     #[test]

@@ -11,6 +11,8 @@ use super::rough_noise::{RoughNoise, Scales};
 /// Samples that are looked at twice, and the most values in them.
 const FIRST: usize = 8192;
 const FIRST_VALUES: usize = 1 << 21;
+/// Part of the time from sample to sample by which a clock may be rounded: that must not decide to which block a sample belongs.
+const ROUNDING: f64 = 0.01;
 /// Shortest block, s, and how many samples of the slowest channel it holds at least.
 const BLOCK: f64 = 0.01;
 const SAMPLES: f64 = 4.0;
@@ -106,7 +108,7 @@ impl Sampler {
     pub fn new(channels: &Channels, first: &Samples, interval: f64) -> Sampler {
         let length = BLOCK.max(SAMPLES * interval);
         let empty = Sampler {
-            blocks: Blocks::new(channels, length),
+            blocks: Blocks::new(channels, length - ROUNDING * interval),
             steps: Vec::new(),
             rough: RoughNoise::new(channels.list.len()),
             scales: Scales::default(),

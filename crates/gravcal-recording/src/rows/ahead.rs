@@ -40,6 +40,7 @@ struct Said {
     dates: Vec<bool>,
     source: Source,
     remarks: Vec<String>,
+    lost: Vec<String>,
     metadata: BTreeMap<String, String>,
     progress: f64,
 }
@@ -51,6 +52,7 @@ impl Said {
             dates: (0..rows.columns().len()).map(|column| rows.holds_dates(column)).collect(),
             source: rows.source(),
             remarks: rows.remarks(),
+            lost: rows.lost(),
             metadata: rows.metadata(),
             progress: rows.progress(),
         }
@@ -136,6 +138,10 @@ impl Rows for Ahead {
 
     fn remarks(&self) -> Vec<String> {
         self.batch.said.remarks.clone()
+    }
+
+    fn lost(&self) -> Vec<String> {
+        self.batch.said.lost.clone()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {

@@ -26,6 +26,8 @@ use crate::iso8601;
 pub(crate) struct CsvRows {
     path: PathBuf,
     format: CsvFormat,
+    /// Whether it is said, or some line told, what stands before decimals.
+    decimals_known: bool,
     lines: Lines<Counted>,
     length: u64,
     columns: Vec<String>,
@@ -146,6 +148,7 @@ impl CsvRows {
         let mut rows = CsvRows {
             path,
             format,
+            decimals_known: said.decimal_comma.is_some() || format.delimiter == b',' || format.decimal_comma,
             lines,
             length,
             columns,
@@ -234,8 +237,23 @@ impl CsvRows {
         }
     }
 
+    /// Looks for the first number with decimals where no line so far told whether these stand behind a point or a comma.
+    fn look_for_decimals(&mut self) {
+        let comma = CsvFormat { decimal_comma: true, ..self.format };
+        let with_decimals = |cell: &&str| {
+            cell.contains([',', '.']) && comma.number(cell.trim()).is_some() && !may_have_thousands(cell.trim())
+        };
+        if let Some(first) = self.cells.iter().find(with_decimals) {
+            self.format.decimal_comma = first.contains(',');
+            self.decimals_known = true;
+        }
+    }
+
     /// The cells of the present line as numbers.
     fn take_cells(&mut self, row: &mut Row) {
+        if !self.decimals_known {
+            self.look_for_decimals();
+        }
         row.cells.clear();
         for (text, held) in self.cells.iter().zip(&mut self.held) {
             row.cells.push(held.take(text, row.number, self.format));
@@ -336,6 +354,15 @@ fn read_header(
 }
 
 /// How a file is written, by its first lines.
+/// Whether a comma in a number may stand between thousands, as in `1,000`.
+fn may_have_thousands(cell: &str) -> bool {
+    let mut parts = cell.trim_start_matches(['+', '-']).split(',');
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    let first = parts.next().is_some_and(|first| digits(first) && first.len() <= 3 && first != "0");
+    let mut rest = parts.peekable();
+    first && rest.peek().is_some() && rest.all(|part| digits(part) && part.len() == 3)
+}
+
 fn found_format(path: &Path, said: &CsvWriting) -> Result<CsvFormat, ReadError> {
     CsvFormat::found(&mut open_lines(path)?.0, said)
 }

@@ -45,6 +45,12 @@ pub trait Rows {
     /// What was lost or looks wrong so far, in words: cut files, damaged chunks, cells that are no finite numbers.
     fn remarks(&self) -> Vec<String>;
 
+    /// Those of the remarks that tell of a part of a recording that is lost: a file that is cut or missing, damaged messages that are more than a
+    /// hundredth of all.
+    fn lost(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// What is said of the whole recording, such as `load = plate-a`, as far as it is read: the metadata record `gravcal` of an
     /// MCAP file, comments `# load = plate-a` before the header of a CSV file, the key-value metadata of a Parquet file.
     fn metadata(&self) -> BTreeMap<String, String>;

@@ -204,8 +204,8 @@ fn json_is_read_like_cdr() {
     assert_eq!(some(&said.rows[0].cells), [Some(7.5), Some(1.5), None, Some(3.0), Some(4.0)]);
     assert_eq!(some(&said.rows[1].cells), [Some(9.0), Some(2.0), None, None, None]);
     let expected = [
-        "/js: 1 messages are damaged and left out (no such message in JSON), the first is message 2",
-        "/js: 1 messages are damaged and left out (not as many numbers of position as names), the first is message 3",
+        "/js: 1 of 4 messages are damaged and left out (no such message in JSON), the first is message 2",
+        "/js: 1 of 4 messages are damaged and left out (not as many numbers of position as names), the first is message 3",
         "readings that are no finite numbers count as missing: 1 of `b.position`",
     ];
     assert_eq!(said.remarks, expected);
@@ -241,7 +241,23 @@ fn the_files_of_a_folder_are_read_in_the_order_of_their_times() {
     assert_eq!((said.column("time_s"), said.column("a.position")), (vec![1.0, 5.0], vec![1.0, 2.0]));
     fs::write(folder.join("metadata.yaml"), "files:\n  relative_file_paths:\n    - a_0.mcap\n    - \"a_2.mcap\"\n")
         .unwrap();
-    assert_eq!(read(&folder).unwrap().remarks, ["metadata.yaml names a_2.mcap, which is not there"]);
+    let said = read(&folder).unwrap();
+    let left_out = "metadata.yaml does not list a_1.mcap, which is left out: list it there, or give it by itself";
+    assert_eq!(said.remarks, ["metadata.yaml names a_2.mcap, which is not there", left_out]);
+    assert_eq!(said.column("a.position"), [2.0]);
+    assert_eq!(open(&folder).unwrap().lost(), said.remarks);
+    let text = "files:\n  - path: a_0.mcap\n    message_count: 1\nrelative_file_paths:\n  - a_0.mcap\n  - a_1.mcap\n";
+    fs::write(folder.join("metadata.yaml"), text).unwrap();
+    assert_eq!(read(&folder).unwrap().remarks, [""; 0]);
+    fs::remove_file(folder.join("metadata.yaml")).unwrap();
+    let empty = folder.join("a_3.mcap");
+    fs::write(&empty, "").unwrap();
+    let said = read(&folder).unwrap();
+    assert_eq!(
+        (said.column("a.position"), said.remarks),
+        (vec![1.0, 2.0], vec!["a_3.mcap is empty and left out".to_owned()])
+    );
+    fs::remove_file(empty).unwrap();
     for file in [later, folder.join("a_1.mcap")] {
         fs::remove_file(file).unwrap();
     }
@@ -397,6 +413,25 @@ fn more_columns_than_any_recording_has_are_refused() {
     assert!(error.contains("a message of /js names 1366 joints, and no more than 1365 are read"), "{error}");
 }
 
+/// Which of its numbers holds, nobody can tell.
+#[test]
+fn a_message_that_names_a_joint_twice_is_damaged() {
+    let bag = Bag::new();
+    let sent: [Sent<'_>; 3] = [
+        ("/js", 1.0, &["a", "b"], &[1.0, 2.0]),
+        ("/js", 2.0, &["a", "b", "a"], &[3.0, 4.0, 5.0]),
+        ("/js", 3.0, &["b", "a"], &[6.0, 7.0]),
+    ];
+    let path = bag.messages("a.mcap", None, &sent);
+    let said = read(&path).unwrap();
+    assert_eq!(said.column("a.position"), [1.0, 7.0]);
+    let remark = "/js: 1 of 3 messages are damaged and left out (it names joint `a` twice), the first is message 2";
+    assert_eq!(said.remarks, [remark]);
+    let mut rows = open(&path).unwrap();
+    while rows.read(&mut Row::default()).unwrap() {}
+    assert_eq!(rows.lost(), [remark]);
+}
+
 #[test]
 fn nodes_that_take_turns_on_a_topic_have_their_columns() {
     let bag = Bag::new();
@@ -499,6 +534,23 @@ fn a_csv_file_tells_how_it_is_written() {
         assert_eq!(said.rows.iter().map(|row| row.cells.clone()).collect::<Vec<_>>(), expected, "{text}");
         assert_eq!(said.metadata.get("load").map(String::as_str), text.contains("load").then_some("plate-a"));
     }
+}
+
+/// A robot that rests first says nothing of how its numbers are written.
+#[test]
+fn a_comma_that_comes_late_is_one_of_decimals() {
+    let bag = Bag::new();
+    let rest = "0;0;0\n".repeat(50);
+    let read_text = |rows: &str| read(&bag.text("a.csv", format!("t;q;y\n{rest}{rows}"))).unwrap();
+    let said = read_text("1;0,5;-1,25\n2;1;-2\n");
+    assert_eq!((&said.column("q")[50..], &said.column("y")[50..]), (&[0.5, 1.0][..], &[-1.25, -2.0][..]));
+    assert!(said.remarks.is_empty(), "{:?}", said.remarks);
+    // A comma before three digits may stand between thousands.
+    let said = read_text("1;1,000;1\n2;1,001;2\n");
+    assert_eq!(some(&said.column("q")[50..]), [None, None]);
+    // Where a point came before, it is no number.
+    let said = read_text("1;0.5;1\n2;0,5;2\n");
+    assert_eq!(some(&said.column("q")[50..]), [Some(0.5), None]);
 }
 
 /// As numpy's `savetxt` writes it. A comment that is none of names stays a comment, and who says that there is no header means that.

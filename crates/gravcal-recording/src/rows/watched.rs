@@ -47,6 +47,10 @@ impl Rows for Watched<'_> {
         self.rows.remarks()
     }
 
+    fn lost(&self) -> Vec<String> {
+        self.rows.lost()
+    }
+
     fn metadata(&self) -> BTreeMap<String, String> {
         self.rows.metadata()
     }

@@ -76,6 +76,8 @@ pub struct Standstills {
     pub clock: RowClock,
     /// How often each joint's position jumps by about a full turn from row to row, as an angle that wraps; 0 of other units than rad and deg.
     pub wraps: Vec<u64>,
+    /// Columns whose readings go back and forth from row to row by more than their noise, as where two sources fill them by turns.
+    pub alternating: Vec<String>,
 }
 
 /// Finds the standstills in a recording. `path`: its name in errors; `mapping` as for a table of poses, its time the column
@@ -119,5 +121,6 @@ pub fn static_poses(
         interval,
         clock: reader.clock(),
         wraps: reader.wraps.counts(),
+        alternating: reader.alternating(),
     })
 }

@@ -271,7 +271,10 @@ impl Unfinished {
             let std = Some(spread(channel).standard_error).filter(|std| *std > 0.0);
             Some(Reading { value: self.tested[channel].sum.mean, std })
         };
-        let other = |channel: &usize| self.others[channel - channels.tested()].mean;
+        let other = |channel: &usize| {
+            let sum = self.others[channel - channels.tested()];
+            if sum.count > 0.0 { sum.mean } else { f64::NAN }
+        };
         let saturated = |joint: &usize| said(&channels.torques[*joint]).is_some_and(is_saturated);
         let joints = 0..channels.joints;
         let velocity = if channels.velocity_is_slope {
@@ -296,7 +299,7 @@ impl Unfinished {
                     acceleration: Vec::new(),
                     direction: self.direction.clone(),
                     presliding: Vec::new(),
-                    further: Vec::new(),
+                    further: channels.further.iter().map(other).collect(),
                 },
                 merged: joints.clone().map(|joint| self.tested[joint].sum.count).fold(1.0, f64::max) as u32,
             },

@@ -106,6 +106,8 @@ pub struct Sweeps {
     pub clock: RowClock,
     /// Step of each joint's position reading, SI or the sensor's own unit; 0 where none is seen.
     pub position_steps: Vec<f64>,
+    /// Columns whose readings go back and forth from row to row by more than their noise, as where two sources fill them by turns.
+    pub alternating: Vec<String>,
 }
 
 /// A stroke of which nothing is used.
@@ -232,5 +234,6 @@ pub fn slow_sweeps(
         interruptions: sampler.usage.interruptions,
         clock: reader.clock(),
         position_steps,
+        alternating: reader.alternating(),
     })
 }

@@ -112,7 +112,7 @@ impl SweptBin {
                 acceleration: Vec::new(),
                 direction: direction.collect(),
                 presliding: Vec::new(),
-                further: Vec::new(),
+                further: each(&up.conditions.further, &down.conditions.further),
             },
             merged: up.merged + down.merged,
         }
@@ -267,6 +267,12 @@ impl Maker<'_> {
         let mut direction = first.approach.clone();
         direction[self.joint] = first.direction;
         let speed = mean(&|bin| bin.speed());
+        let condition = |channel: &usize| {
+            mean(&|bin| {
+                let line = &bin.channels[*channel];
+                if line.count > 0.0 { line.y } else { f64::NAN }
+            })
+        };
         let pose = StaticPose {
             line: first_bin.row,
             position: joints.clone().map(position).collect(),
@@ -280,17 +286,12 @@ impl Maker<'_> {
             sweep: Some(self.label.clone()),
             conditions: Conditions {
                 time: Some(mean(&|bin| 0.5 * (bin.interval[0] + bin.interval[1]))),
-                temperature: self
-                    .channels
-                    .temperature
-                    .iter()
-                    .map(|channel| mean(&|bin| bin.channels[*channel].y))
-                    .collect(),
+                temperature: self.channels.temperature.iter().map(condition).collect(),
                 velocity: joints.map(|joint| if joint == self.joint { speed } else { 0.0 }).collect(),
                 acceleration: Vec::new(),
                 direction,
                 presliding: Vec::new(),
-                further: Vec::new(),
+                further: self.channels.further.iter().map(condition).collect(),
             },
             merged: bins.iter().map(|bin| bin.ends[self.joint].1).sum::<f64>() as u32,
         };

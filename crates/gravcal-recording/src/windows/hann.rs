@@ -179,7 +179,7 @@ impl Window<'_> {
                     acceleration: (0..joints).map(|joint| state(joint, 2)).collect(),
                     direction: (0..joints).map(|joint| model.mean(|row| sign(joint, row))).collect(),
                     presliding: presliding.iter_mut().map(built_up).collect(),
-                    further: Vec::new(),
+                    further: others(&self.channels.further),
                 },
                 merged: model.rows.len() as u32,
             },

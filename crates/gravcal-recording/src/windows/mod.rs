@@ -116,6 +116,8 @@ pub struct MotionWindows {
     pub torque_lag: f64,
     /// Cut-off of the filter that torques were taken to have passed, Hz.
     pub recorded_filter: Option<f64>,
+    /// Columns whose readings go back and forth from row to row by more than their noise, as where two sources fill them by turns.
+    pub alternating: Vec<String>,
 }
 
 impl MotionWindows {
@@ -216,6 +218,7 @@ pub fn motion_windows(
         torque_lag: rule.torque_lag,
         recorded_filter: rule.recorded_filter,
         found: Vec::new(),
+        alternating: reader.alternating(),
     };
     for run in &splines.runs {
         hann::windows(&recorded, &splines, run, &reader.channels, rule, &mut windows.found);

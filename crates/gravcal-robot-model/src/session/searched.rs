@@ -11,9 +11,10 @@ use gravcal_recording::{
 
 use super::contents::Session;
 use super::pose::Pose;
+use crate::parameter::SensorParameter;
 
 /// One file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Searched {
     /// The file.
     pub path: PathBuf,
@@ -25,6 +26,8 @@ pub struct Searched {
     pub windows: Option<Box<MotionWindows>>,
     /// What the reader says of the file: what was lost, cells that are no numbers.
     pub remarks: Vec<String>,
+    /// Those of them that tell of a part of the recording that is lost.
+    pub lost: Vec<String>,
 }
 
 /// So many rejected intervals are told one by one.
@@ -36,6 +39,14 @@ impl Searched {
         let standstills = self.standstills.as_ref().map_or(0, |standstills| standstills.found.len());
         let windows = self.windows.as_ref().map_or(0, |windows| windows.found.len());
         standstills + windows + self.sweeps.as_ref().map_or(0, |sweeps| sweeps.found.len())
+    }
+
+    /// Columns whose readings go back and forth from row to row, as where two sources fill them by turns.
+    pub fn alternating(&self) -> BTreeSet<&str> {
+        let standstills = self.standstills.iter().flat_map(|found| &found.alternating);
+        let sweeps = self.sweeps.iter().flat_map(|found| &found.alternating);
+        let windows = self.windows.iter().flat_map(|found| &found.alternating);
+        standstills.chain(sweeps).chain(windows).map(String::as_str).collect()
     }
 
     /// What seemed to be one and is none, in words.
@@ -81,6 +92,16 @@ impl Session {
         let tables: BTreeSet<usize> = self.poses.iter().map(|pose| pose.table).collect();
         let fitted = move |searched: &&Searched| tables.iter().any(|table| self.tables[*table].path == searched.path);
         self.searched.iter().filter(fitted)
+    }
+
+    /// The coordinates of all joints in a pose by nominal gains and offsets, rad or m.
+    pub fn nominal_coordinates(&self, pose: &Pose) -> Vec<f64> {
+        let of_joint = |(joint, reading): (usize, &f64)| {
+            let [gain, offset] = [SensorParameter::PositionGain, SensorParameter::PositionOffset]
+                .map(|quantity| self.joints[joint].of(quantity).nominal);
+            gain * reading + offset
+        };
+        pose.position.iter().enumerate().map(of_joint).collect()
     }
 
     /// File and line of a pose.

@@ -184,7 +184,13 @@ impl<'a> Draft<'a> {
         let standstills = Some(standstills).filter(|_| standing == 0 || sweeps.is_none());
         // What was lost has been told by the inspection.
         let remarks = standstills.is_none().then(|| beside_sweeps(standing)).into_iter().collect();
-        Ok(DraftPoses::Found(Box::new(Searched { path: path.to_owned(), standstills, sweeps, windows: None, remarks })))
+        Ok(DraftPoses::Found(Box::new(Searched {
+            path: path.to_owned(),
+            standstills,
+            sweeps,
+            remarks,
+            ..Searched::default()
+        })))
     }
 
     /// Why rows do not look like static poses, if they do not.

@@ -123,10 +123,8 @@ impl Draft<'_> {
     fn readings(&self) -> String {
         let joints = &self.joints;
         let mut text = String::new();
-        text += &self
-            .inspection
-            .pairing_doubt()
-            .map_or_else(String::new, |doubt| format!("\n{}", commented(&format!("LOOK AT THIS: {doubt}"))));
+        let doubts = self.inspection.pairing_doubt().into_iter().chain(self.inspection.topics_doubt());
+        text.extend(doubts.map(|doubt| format!("\n{}", commented(&format!("LOOK AT THIS: {doubt}")))));
         text += match self.by {
             MatchedBy::Name => "",
             MatchedBy::Number => {

@@ -268,13 +268,7 @@ pub(super) fn read_all(
         let read = read.map_err(|error| written.wrong(document, index, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
         if !read.remarks.is_empty() {
-            all.searched.push(Searched {
-                path: table.path.clone(),
-                standstills: None,
-                sweeps: None,
-                windows: None,
-                remarks: read.remarks,
-            });
+            all.searched.push(Searched { path: table.path.clone(), remarks: read.remarks, ..Searched::default() });
         }
         all.take(index, table.load, read.poses);
     }

@@ -153,11 +153,6 @@ pub(super) fn mapping(
         direction: table.direction.as_ref(),
         further: &table.further,
     };
-    if !table.further.is_empty() && (table.still.is_some() || table.sweeps.is_some() || table.motion.is_some()) {
-        let message = "further columns are read from tables of static poses, and not from recordings in motion: delete this, or \
-                       readings.still and readings.sweeps";
-        return Err(context.document.error(&Field::new("readings").key("further"), message));
-    }
     let orientation = table.orientation.as_ref().map(|table| orientation::resolve(context.document, table));
     let mapping = PoseMapping {
         positions: positions(context, table.position.as_ref())?,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use gravcal_dynamics::Chain;
 use gravcal_recording::{
-    Course, Memory, MotionWindow, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched,
-    WindowRule, motion_windows, slow_sweeps, static_poses,
+    Conditions, Course, Memory, MotionWindow, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule,
+    Watched, WindowRule, motion_windows, slow_sweeps, static_poses,
 };
 use gravcal_robot_model::sensors::SensorTerms;
 use gravcal_robot_model::session::{JointPriors, Load, Pose, PoseTable, Searched};
@@ -62,6 +62,7 @@ impl Recordings<'_> {
             let mut searched = self.search(index, table, mapping, motion)?;
             // Where a sensor's model tells both ways of a sweep apart, each is a pose of its own.
             let mut poses = searched.poses(self.terms.need_direction());
+            searched.remarks.extend(leave_out_unknown_conditions(&mut poses));
             for joint in &self.terms.with_friction() {
                 searched.remarks.extend(leave_out_unknown_sides(&mut poses, *joint, mapping));
             }
@@ -130,6 +131,24 @@ impl Recordings<'_> {
     }
 }
 
+/// Whether it is known under which conditions a pose was read.
+fn has_conditions(pose: &StaticPose) -> bool {
+    let Conditions { temperature, further, .. } = &pose.conditions;
+    temperature.iter().chain(further).all(|number| number.is_finite())
+}
+
+/// Leaves out poses before the first temperature, or the first number of a further column, and says so.
+fn leave_out_unknown_conditions(poses: &mut Vec<StaticPose>) -> Option<String> {
+    let before = poses.len();
+    poses.retain(has_conditions);
+    let left_out = before - poses.len();
+    (left_out > 0).then(|| {
+        format!(
+            "{left_out} poses are left out: no temperature, or no number of a further column, came before they ended"
+        )
+    })
+}
+
 /// Leaves out what a joint with friction reads where it is not known from which side it came, such as where a recording begins, and
 /// says so. A joint that never moves has friction of one sign, which is a part of its bias.
 fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &PoseMapping) -> Option<String> {
@@ -151,7 +170,7 @@ fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &Pos
 /// A joint that does not move over this share of a window's weight has friction of unknown sign there.
 const RESTS: f64 = 0.25;
 
-/// The windows of a recording, but for those of a standstill that counts by itself. A joint with friction has no reading where it rests, or,
+/// The windows of a recording under known conditions, but for those of a standstill that counts by itself. A joint with friction has no reading where it rests, or,
 /// where its friction builds up, as long as it is not known how far.
 fn windows<'s>(
     searched: &'s Searched,
@@ -160,7 +179,8 @@ fn windows<'s>(
     let standstills = searched.standstills.iter().flat_map(|found| &found.found);
     let counted: Vec<[f64; 2]> = standstills.map(|found| found.interval).collect();
     let apart = move |window: &&MotionWindow| {
-        counted.iter().all(|counted| window.interval[1] <= counted[0] || counted[1] <= window.interval[0])
+        has_conditions(&window.pose)
+            && counted.iter().all(|counted| window.interval[1] <= counted[0] || counted[1] <= window.interval[0])
     };
     let (frictional, followed) = (terms.with_friction(), terms.with_presliding());
     let unknown = move |window: &MotionWindow, joint: usize| match followed.contains(&joint) {
@@ -190,24 +210,23 @@ impl Search<'_> {
         let Search { path, memory, mapping, part, .. } = *self;
         let watch = |share: f64| (self.watch)(path, share);
         let rows = || Ok::<_, ReadError>(Watched::new(memory.open_as(path, &mapping.csv)?, &watch));
-        let mut searched =
-            Searched { path: path.to_owned(), standstills: None, sweeps: None, windows: None, remarks: Vec::new() };
+        let mut searched = Searched { path: path.to_owned(), ..Searched::default() };
         if let Some(still) = motion.still {
             let mut rows = rows()?;
             searched.standstills = Some(static_poses(path, &mut rows, mapping, &Stillness { part, ..still })?);
-            searched.remarks = rows.remarks();
+            (searched.remarks, searched.lost) = (rows.remarks(), rows.lost());
         }
         if let Some(sweeps) = &motion.sweeps {
             let mut rows = rows()?;
             let rule = SweepRule { part, ..sweeps.clone() };
             searched.sweeps = Some(slow_sweeps(path, &mut rows, mapping, &rule)?);
-            searched.remarks = rows.remarks();
+            (searched.remarks, searched.lost) = (rows.remarks(), rows.lost());
         }
         if let Some(windows) = &motion.windows {
             let mut rows = rows()?;
             let rule = WindowRule { part, ..windows.clone() };
             searched.windows = Some(Box::new(motion_windows(path, &mut rows, mapping, &rule)?));
-            searched.remarks = rows.remarks();
+            (searched.remarks, searched.lost) = (rows.remarks(), rows.lost());
         }
         Ok(searched)
     }

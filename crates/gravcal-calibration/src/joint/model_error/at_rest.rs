@@ -239,7 +239,7 @@ mod tests {
             pose.conditions.direction = (0..3).map(|joint| side(number, joint)).collect();
         }
         let (standstills, path) = (Some(Default::default()), "recording.csv".into());
-        session.searched = vec![Searched { path, standstills, sweeps: None, windows: None, remarks: Vec::new() }];
+        session.searched = vec![Searched { path, standstills, ..Searched::default() }];
         session
     }
 

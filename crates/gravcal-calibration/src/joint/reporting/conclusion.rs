@@ -50,7 +50,8 @@ impl Answer {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Findings, EstimateError> {
         let mut findings = Findings::none(self.solved.estimate.termination.converged());
-        if !self.explains_its_readings() || !far_off(session, &self.parameters).is_empty() {
+        let far_off = !far_off(session, &self.parameters).is_empty();
+        if !self.explains_its_readings() || far_off || session.is_of_two_sources() {
             findings.doubt();
         }
         self.remark_on_noise(session, &mut findings)?;

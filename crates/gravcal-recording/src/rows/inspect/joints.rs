@@ -48,6 +48,23 @@ impl Inspection {
         ))
     }
 
+    /// Which topics tell the positions of the same joints, where more than one does and none by its name holds commands.
+    pub fn topics_doubt(&self) -> Option<String> {
+        let topic = |place: usize| ColumnName::parse(&self.columns[place].name).and_then(|name| name.topic);
+        let taken = self.joints();
+        let joint = |place: usize| self.columns[place].guess.joint.as_deref().unwrap_or_default();
+        let mut found = self.meaning(Meaning::Position).into_iter().filter_map(|other| {
+            let first = taken.iter().find(|first| first.name == joint(other))?;
+            let topics = (topic(first.position)?, topic(other)?);
+            (topics.0 != topics.1).then_some(topics)
+        });
+        let (first, other) = found.next()?;
+        Some(format!(
+            "The topics `{first}` and `{other}` both tell the positions of the same joints. `{first}` is taken, as it comes first: look \
+             whether that is the one that holds what the sensors read, and not what was asked of the joints."
+        ))
+    }
+
     /// The joints, and what speaks against the order by which they were paired with their torques, if they were.
     fn paired(&self) -> (Vec<JointFound>, Option<String>) {
         let mut joints: Vec<JointFound> = Vec::new();

@@ -113,9 +113,28 @@ const QUATERNION: [&str; 4] = ["quat", "quaternion", "orientation", "attitude"];
 
 /// Words for a clock.
 const CLOCK: [&str; 5] = ["t", "time", "timestamp", "stamp", "zeit"];
+/// Words that stand behind `T` where it is a temperature.
+const OF_TEMPERATURES: [&str; 16] = [
+    "winding",
+    "motor",
+    "amb",
+    "ambient",
+    "env",
+    "oil",
+    "case",
+    "coil",
+    "board",
+    "room",
+    "temp",
+    "temperature",
+    "gear",
+    "drive",
+    "housing",
+    "cpu",
+];
 
 /// Words for units.
-const UNITS: [(&str, &str); 18] = [
+const UNITS: [(&str, &str); 19] = [
     ("rad", "rad"),
     ("deg", "deg"),
     ("degree", "deg"),
@@ -124,6 +143,7 @@ const UNITS: [(&str, &str); 18] = [
     ("m", "m"),
     ("nm", "N·m"),
     ("mnm", "mN·m"),
+    ("nmm", "mN·m"),
     ("ma", "mA"),
     ("amp", "A"),
     ("amps", "A"),
@@ -148,7 +168,12 @@ pub(super) fn clock(columns: &[String]) -> Option<usize> {
     };
     let is_clock = |column: &String| {
         let (head, unit) = without_unit(column);
-        let named = words(&head).first().is_some_and(|word| CLOCK.contains(&word.as_str()));
+        let words = words(&head);
+        let named = words.split_first().is_some_and(|(first, others)| {
+            let is_number = |word: &str| word.parse::<u64>().is_ok_and(|number| number > 0);
+            let of_temperature = |word: &String| OF_TEMPERATURES.contains(&word.as_str()) || is_number(word);
+            CLOCK.contains(&first.as_str()) && !(first == "t" && others.iter().any(of_temperature))
+        });
         named && unit.and_then(meaning_of_unit).is_none() && !of_joint(column)
     };
     let named = columns.iter().position(|column| column == TIME);
@@ -292,8 +317,9 @@ pub(super) fn unit_at_end(column: &str) -> Option<&'static str> {
     UNITS.iter().find(|(name, _)| name == last && !before.is_empty() && !is_rate).map(|(_, unit)| *unit)
 }
 
+/// One, or several: a topic is called `/joint_commands`.
 fn is_commanded(word: &str) -> bool {
-    COMMANDED.contains(&word)
+    COMMANDED.contains(&word) || word.strip_suffix('s').is_some_and(|one| COMMANDED.contains(&one))
 }
 
 /// What a name tells.

@@ -152,6 +152,25 @@ fn what_sensors_read_is_taken_before_what_was_asked_and_torques_before_currents(
     }
 }
 
+/// Columns of bags begin with their topic where two have the same joint.
+#[test]
+fn a_topic_of_commands_is_passed_over_and_two_of_readings_are_told() {
+    let of = |first: &str, second: &str| {
+        let columns = [first, second].map(|topic| format!("{topic}:a.position,{topic}:a.effort")).join(",");
+        let found = inspected(&format!("time_s,{columns}\n0,1,2,3,4\n1,2,3,4,5\n"));
+        let joints = found.joints();
+        assert_eq!(joints.len(), 1);
+        let taken = [joints[0].position, joints[0].torque.unwrap()].map(|place| found.columns[place].name.clone());
+        (taken, found.topics_doubt(), found.to_string())
+    };
+    let (taken, doubt, _) = of("/joint_commands", "/joint_states");
+    assert_eq!((taken, doubt), (["/joint_states:a.position", "/joint_states:a.effort"].map(str::to_owned), None));
+    let (taken, doubt, text) = of("/left", "/right");
+    assert_eq!(taken, ["/left:a.position", "/left:a.effort"]);
+    assert!(doubt.unwrap().starts_with("The topics `/left` and `/right` both tell the positions of the same joints."));
+    assert!(text.contains("The topics `/left` and `/right`"), "{text}");
+}
+
 #[test]
 fn units_of_joints_that_slide_are_lengths_and_forces() {
     let columns = "t_s,arm_pos,finger_pos,finger_vel,finger_effort,rail_pos,rail_pos_deg";
@@ -206,6 +225,12 @@ fn the_clock_is_found_by_its_name() {
     assert_eq!((clock(["q", "time_s"]), clock(["timestamp", "q"]), clock(["a", "tau"])), (Some(1), Some(0), None));
     assert_eq!((clock(["J1 [°]", "T1 (Nm)"]), clock(["q", "T (ms)"])), (None, Some(1)));
     assert_eq!((clock(["t1", "t2"]), clock(["t0", "q1"])), (None, Some(0)));
+    for temperature in ["T_winding", "t_motor", "T1"] {
+        assert_eq!(clock([temperature, "q1"]), None, "{temperature}");
+    }
+    for time in ["t_ros", "t_sys", "t_rel_s"] {
+        assert_eq!(clock(["q1", time]), Some(1), "{time}");
+    }
     let clock = |names: [&str; 3]| names::clock(&names.map(str::to_owned));
     assert_eq!((clock(["t_1", "t_2", "t"]), clock(["t_s", "T1 (Nm)", "T2 (Nm)"])), (Some(2), Some(0)));
     for (name, step, unit) in [

@@ -34,7 +34,7 @@ impl fmt::Display for Inspection {
             writeln!(f, "{} rows repeat the row before them.", self.repeated)?;
         }
         columns_text(f, &self.columns, self.time.as_ref())?;
-        if let Some(doubt) = self.pairing_doubt() {
+        for doubt in self.pairing_doubt().into_iter().chain(self.topics_doubt()) {
             writeln!(f)?;
             wrapped(f, "", &doubt)?;
         }

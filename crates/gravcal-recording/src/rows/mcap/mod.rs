@@ -37,7 +37,8 @@ pub(crate) struct McapRows {
     /// Bytes of the files before the present one, and of all.
     before: u64,
     total: u64,
-    remarks: Vec<String>,
+    /// What is lost of the files before the present one, and what of the folder is not read.
+    lost: Vec<String>,
 }
 
 impl McapRows {
@@ -47,7 +48,7 @@ impl McapRows {
     }
 
     /// Opens files in the given order, one at least; `path` is their name in errors.
-    pub(super) fn open_files(path: &Path, files: Vec<PathBuf>, remarks: Vec<String>) -> Result<McapRows, ReadError> {
+    pub(super) fn open_files(path: &Path, files: Vec<PathBuf>, lost: Vec<String>) -> Result<McapRows, ReadError> {
         let length = |file: &PathBuf| std::fs::metadata(file).map_or(0, |found| found.len());
         let total = files.iter().map(length).sum();
         let (count, mut files) = (files.len(), VecDeque::from(files));
@@ -62,7 +63,7 @@ impl McapRows {
             metadata: BTreeMap::new(),
             before: 0,
             total,
-            remarks,
+            lost,
         };
         rows.metadata = rows.channels.metadata(&first);
         rows.read_ahead()?;
@@ -156,10 +157,19 @@ impl McapRows {
         }
     }
 
+    /// What is lost of the present file; of several it is named.
+    fn lost_of_file(&self) -> Vec<String> {
+        let remarks = self.records.remarks();
+        match self.count {
+            1 => remarks.collect(),
+            _ => remarks.map(|remark| format!("{}: {remark}", self.records.name())).collect(),
+        }
+    }
+
     /// Goes to the next file.
     fn next_file(&mut self) -> Result<bool, ReadError> {
         let Some(file) = self.files.pop_front() else { return Ok(false) };
-        self.remarks.extend(self.records.remarks());
+        self.lost.extend(self.lost_of_file());
         self.before += self.records.progress().1;
         self.records = Records::open(&file)?;
         self.channels.next_file(&file);
@@ -228,8 +238,13 @@ impl Rows for McapRows {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let all = self.remarks.iter().cloned().chain(self.records.remarks());
-        all.chain(self.channels.remarks()).chain(self.messages.remarks()).collect()
+        let files = self.lost.iter().cloned().chain(self.lost_of_file());
+        files.chain(self.channels.remarks()).chain(self.messages.remarks()).collect()
+    }
+
+    fn lost(&self) -> Vec<String> {
+        let files = self.lost.iter().cloned().chain(self.lost_of_file());
+        files.chain(self.channels.remarks()).chain(self.messages.topics.lost()).collect()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {

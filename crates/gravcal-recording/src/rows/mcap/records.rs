@@ -17,7 +17,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use crate::error::ReadError;
-use crate::file::opened;
+use crate::file::{file_name, opened};
 use crate::rows::shield::shielded;
 
 /// Opcode and length.
@@ -182,6 +182,11 @@ impl Records {
     /// Body of the record that [`next`](Self::next) came to.
     pub(crate) fn body(&self) -> &[u8] {
         &self.body
+    }
+
+    /// Name of the file.
+    pub(crate) fn name(&self) -> String {
+        file_name(&self.path)
     }
 
     /// What could not be read so far.

@@ -1,6 +1,6 @@
 //! The columns that the messages of several topics fill, and their names.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::rows::MOST_COLUMNS;
 use crate::rows::joint_state::{ColumnName, Quantity, TIME};
@@ -53,8 +53,7 @@ struct Layout {
     /// The bytes of the names.
     bytes: Vec<u8>,
     joints: Vec<String>,
-    /// Place among the columns, of each quantity and joint; empty as long as no message has said the quantity. Of a joint that
-    /// stands twice in a message the last number counts.
+    /// Place among the columns, of each quantity and joint; empty as long as no message has said the quantity.
     places: [Vec<usize>; 3],
 }
 
@@ -64,6 +63,12 @@ pub(super) enum Unread {
     Damaged(String),
     /// It names so many joints, more than any recording has.
     TooManyJoints(usize),
+}
+
+/// The first name that was there before: which of its numbers holds, nobody can tell.
+fn named_twice<'n>(names: &[&'n str]) -> Option<&'n str> {
+    let mut known = HashSet::with_capacity(names.len());
+    names.iter().copied().find(|name| !known.insert(*name))
 }
 
 impl Columns {
@@ -96,6 +101,9 @@ impl Columns {
         }
         if names.iter().any(|name| name.len() > LONGEST_NAME) {
             return Err(Unread::Damaged("the name of a joint is longer than any".to_owned()));
+        }
+        if let Some(twice) = named_twice(names) {
+            return Err(Unread::Damaged(format!("it names joint `{twice}` twice")));
         }
         let new = names.iter().filter(|name| !self.is_known(topic, name)).count();
         // Names that change from message to message are damage.

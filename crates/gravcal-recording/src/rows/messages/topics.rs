@@ -39,6 +39,14 @@ impl Topic {
     fn is_joint_state(&self) -> bool {
         JOINT_STATE.contains(&self.kind.as_str())
     }
+
+    /// Its damaged messages.
+    fn damaged(&self, name: &str) -> impl Iterator<Item = String> {
+        self.malformed.iter().map(move |(what, (count, first))| {
+            let of = self.messages;
+            format!("{name}: {count} of {of} messages are damaged and left out ({what}), the first is message {first}")
+        })
+    }
 }
 
 impl Topics {
@@ -99,6 +107,15 @@ impl Topics {
         self.names.iter().zip(&self.topics).map(described).collect()
     }
 
+    /// The damaged messages of topics where these are more than a hundredth of all.
+    pub(crate) fn lost(&self) -> impl Iterator<Item = String> + '_ {
+        let many = |(_, topic): &(&String, &Topic)| {
+            let damaged: u64 = topic.malformed.values().map(|(count, _)| count).sum();
+            100 * damaged > topic.messages
+        };
+        self.names.iter().zip(&self.topics).filter(many).flat_map(|(name, topic)| topic.damaged(name))
+    }
+
     /// What of them could not be read.
     pub(crate) fn remarks(&self) -> impl Iterator<Item = String> + '_ {
         let unread = self
@@ -109,11 +126,6 @@ impl Topics {
         let unread = unread.map(|(name, topic)| {
             format!("{name}: joint states in the encoding `{}` are not read, only cdr and json", topic.encoding)
         });
-        let malformed = self.names.iter().zip(&self.topics).flat_map(|(name, topic)| {
-            topic.malformed.iter().map(move |(what, (count, first))| {
-                format!("{name}: {count} messages are damaged and left out ({what}), the first is message {first}")
-            })
-        });
-        unread.chain(malformed)
+        unread.chain(self.names.iter().zip(&self.topics).flat_map(|(name, topic)| topic.damaged(name)))
     }
 }

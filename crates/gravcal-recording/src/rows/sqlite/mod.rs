@@ -12,6 +12,7 @@ use self::bag::{Bag, Stored};
 use super::messages::{Message, Messages};
 use super::{Row, Rows, Source};
 use crate::error::ReadError;
+use crate::file::file_name;
 
 /// No message is longer, bytes.
 const LONGEST_MESSAGE: usize = 1 << 26;
@@ -27,20 +28,23 @@ pub(super) struct SqliteRows {
     files: VecDeque<PathBuf>,
     bag: Bag,
     messages: Messages,
-    remarks: Vec<String>,
+    /// The present file.
+    present: PathBuf,
+    /// What is lost of the files before it, and what of the folder is not read.
+    lost: Vec<String>,
     /// Of compressed messages.
     decompressed: Vec<u8>,
 }
 
 impl SqliteRows {
     /// Opens files in the given order, one at least; `path` is their name in errors.
-    pub(super) fn open(path: &Path, files: Vec<PathBuf>, remarks: Vec<String>) -> Result<SqliteRows, ReadError> {
+    pub(super) fn open(path: &Path, files: Vec<PathBuf>, lost: Vec<String>) -> Result<SqliteRows, ReadError> {
         let (count, mut files) = (files.len(), VecDeque::from(files));
         let first = files.pop_front().ok_or_else(|| ReadError::NoFile { path: path.to_owned() })?;
         let mut messages = Messages::default();
         let bag = Bag::open(&first, &mut messages.topics)?;
         let path = path.to_owned();
-        let mut rows = SqliteRows { path, count, files, bag, messages, remarks, decompressed: Vec::new() };
+        let mut rows = SqliteRows { path, count, files, bag, messages, present: first, lost, decompressed: Vec::new() };
         rows.read_ahead()?;
         Ok(rows)
     }
@@ -70,10 +74,20 @@ impl SqliteRows {
                 }
                 None => {
                     let Some(file) = self.files.pop_front() else { return Ok(false) };
-                    self.remarks.extend(self.bag.remarks());
+                    self.lost.extend(self.lost_of_file());
                     self.bag = Bag::open(&file, &mut self.messages.topics)?;
+                    self.present = file;
                 }
             }
+        }
+    }
+
+    /// What is lost of the present file; of several it is named.
+    fn lost_of_file(&self) -> Vec<String> {
+        let remarks = self.bag.remarks();
+        match self.count {
+            1 => remarks.collect(),
+            _ => remarks.map(|remark| format!("{}: {remark}", file_name(&self.present))).collect(),
         }
     }
 
@@ -130,8 +144,13 @@ impl Rows for SqliteRows {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let all = self.remarks.iter().cloned().chain(self.bag.remarks());
-        all.chain(self.messages.remarks()).collect()
+        let files = self.lost.iter().cloned().chain(self.lost_of_file());
+        files.chain(self.messages.remarks()).collect()
+    }
+
+    fn lost(&self) -> Vec<String> {
+        let files = self.lost.iter().cloned().chain(self.lost_of_file());
+        files.chain(self.messages.topics.lost()).collect()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {

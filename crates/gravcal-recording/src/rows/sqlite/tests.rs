@@ -109,8 +109,7 @@ fn compressed_messages_are_read() {
     write(&cut, 20, 0, |data| if data == message(7.0) { compress(data)[..20].to_vec() } else { compress(data) });
     let said = read(&cut).unwrap();
     assert_eq!(said.positions.len(), 19);
-    let expected =
-        "/joint_states: 1 messages are damaged and left out (its compressed bytes are damaged), the first is message 8";
+    let expected = "/joint_states: 1 of 20 messages are damaged and left out (its compressed bytes are damaged), the first is message 8";
     assert_eq!(said.remarks, [expected]);
 }
 

@@ -1,6 +1,6 @@
 //! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, loads that hang far off, gravity of another planet,
 //! positions and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are
-//! stuck or at an end of their range, and rows of an arm in motion that are taken as static poses.
+//! stuck or at an end of their range, rows of an arm in motion that are taken as static poses, and recordings of two sources or of which a part is lost.
 
 mod clipped;
 mod columns;
@@ -8,6 +8,7 @@ mod far_away;
 mod motion;
 mod names;
 mod positions;
+mod recordings;
 mod robot;
 mod stated;
 mod stuck;
@@ -30,6 +31,7 @@ impl Session {
             .chain(stuck::doubts(self))
             .chain(clipped::doubts(self))
             .chain(motion::doubts(self))
+            .chain(recordings::doubts(self))
             .collect()
     }
 }
