@@ -67,7 +67,8 @@ pub const DIRECTIONS: usize = 8;
 type Dual = DualSVec64<DIRECTIONS>;
 
 /// What a [`Formula`] computes with: `f64`, or a dual number made of them. Has the operators, also with an `f64` on the
-/// right, and the functions `exp`, `ln`, `sin`, `powi`, `sqrt` and so on of [`DualNum`].
+/// right (`x * 2.0`, not `2.0 * x`), and the functions of `DualNum` of the crate num-dual: `exp`, `ln`, `sqrt`, `powi`, `powf`, `sin`, `cos`, `tan`,
+/// `asin`, `acos`, `atan`, `atan2`, `sinh`, `cosh`, `tanh` and so on.
 pub trait Number: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}

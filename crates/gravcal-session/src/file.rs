@@ -176,6 +176,7 @@ mod joints;
 mod loads;
 mod loss;
 mod missing_noise;
+mod model_derivatives;
 mod models;
 #[cfg(test)]
 mod models_tests;

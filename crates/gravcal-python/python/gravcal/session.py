@@ -211,6 +211,7 @@ class Session:
             raise InputError("recordings are no dictionary; expected tables by the names that `said` says for files", field="recordings")
         session = cls.__new__(cls)
         session._build(said, recordings, models, progress)
+        _check_read(said, recordings)
         return session
 
     def _build(
@@ -340,6 +341,22 @@ def _session(
     text, tables = source
     recordings = {name: dict(zip(columns, cells.T)) for name, columns, cells in tables}
     return Session.from_dict(json.loads(text), recordings, models=models)
+
+
+def _check_read(said: Mapping[str, Any], recordings: Mapping[str, Table]) -> None:
+    """Refuses a recording that nothing reads: its name is misspelt in one of the two."""
+    entries = [entry for key in ("poses", "validation") for entry in _entries(said.get(key))]
+    named = [str(entry["file"]) for entry in entries if isinstance(entry, Mapping) and "file" in entry]
+    unread = [str(name) for name in recordings if name not in named]
+    if unread:
+        raise InputError(
+            f"recordings: nothing reads {', '.join(unread)}; `file` of poses and validation names {', '.join(named) or 'nothing'}",
+            field="recordings",
+        )
+
+
+def _entries(section: Any) -> Sequence[Any]:
+    return section if isinstance(section, (list, tuple)) else [section] if isinstance(section, Mapping) else []
 
 
 def _joints(robot: Any) -> Sequence[str]:

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::derivative_check::check_residual_derivatives;
 use super::model::{DeclaredResidual, ResidualModel, Setting};
 use super::scene::{Scene, only_seen};
 use super::term::{ResidualRow, ResidualTerm, Sees, Slopes, Tie};
 use crate::parameter::Parameter;
-use crate::sensors::{Options, RefusedOption, check_parameter_names, declared_parameter};
+use crate::sensors::{Options, RefusedOption, TOLERANCE, WrongDerivative, check_parameter_names, declared_parameter};
 use crate::session::Pose;
 
 /// A residual of a session.
@@ -30,6 +31,14 @@ impl ResidualInUse {
         let mut ties = self.term.ties(poses);
         ties.retain(|tie| !tie.poses.is_empty() && tie.poses.iter().all(stands));
         ties
+    }
+
+    /// Whether the derivatives of a row are what differences say. `x`: its parameters.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_derivatives(&self, tie: &Tie, at: &[Scene<'_>], x: &[f64]) -> Result<(), WrongDerivative> {
+        check_residual_derivatives(self.term.as_ref(), (tie, at), x, TOLERANCE)
     }
 
     /// The value of a row.

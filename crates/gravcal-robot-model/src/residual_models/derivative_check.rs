@@ -2,11 +2,11 @@
 
 use super::scene::{Scene, only_seen};
 use super::term::{ResidualTerm, Slopes, Tie};
-use crate::central_difference::central_difference;
+use crate::central_difference::contradicting_difference;
 use crate::sensors::WrongDerivative;
 
 /// Holds the derivatives of a row against central differences: for the test of a term that has them by hand. They may differ by `tolerance`
-/// of the largest derivative, or of 1.
+/// of the largest derivative.
 ///
 /// # Errors
 /// The first derivative that differs; also one by a coordinate or by gravity that the term says it does not see.
@@ -37,12 +37,14 @@ pub fn check_residual_derivatives(
         Slopes { by_parameter: &mut by_parameter, by_gravity: &mut by_gravity, by_coordinate: &mut by_coordinate };
     value(&given, Some(slopes));
     let reported: Vec<f64> = by_parameter.iter().chain(&by_gravity).chain(&by_coordinate).copied().collect();
-    let tolerance = tolerance * reported.iter().fold(1.0, |largest: f64, slope| largest.max(slope.abs()));
+    let tolerance = tolerance * reported.iter().fold(0.0, |largest: f64, slope| largest.max(slope.abs()));
     for (place, reported) in reported.iter().enumerate() {
         // What is not seen has no number, and no slope.
-        let found = if given[place].is_nan() { 0.0 } else { central_difference(&given, place, |all| value(all, None)) };
-        let agree = (reported - found).abs() <= tolerance;
-        if !agree {
+        let found = match given[place].is_nan() {
+            true => (*reported != 0.0).then_some(0.0),
+            false => contradicting_difference((*reported, tolerance), (&given, place), |all| value(all, None)),
+        };
+        if let Some(found) = found {
             let by = match place.checked_sub(x.len()) {
                 None => format!("parameter {place}"),
                 Some(axis @ 0..3) => format!("component {axis} of gravity"),

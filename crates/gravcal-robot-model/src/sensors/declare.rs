@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::derivative_check::{TOLERANCE, WrongDerivative, check_term_derivatives};
 use super::model::{Declared, ParameterSpec, SensorModel, Side, Site};
 use super::options::{Options, RefusedOption};
 use super::term::{Moment, Partials, Reads, SensorTerm};
@@ -29,6 +30,14 @@ impl Term {
     /// `f`. `values`: of the parameters of all terms.
     pub fn value(&self, at: &Moment<'_>, values: &[f64], partials: Option<Partials<'_>>) -> f64 {
         self.value_of(at, &values[self.places.clone()], partials)
+    }
+
+    /// Whether the derivatives of `f` are what differences say. `own`: of its own parameters.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_derivatives(&self, at: &Moment<'_>, own: &[f64]) -> Result<(), WrongDerivative> {
+        check_term_derivatives(self.function.as_ref(), at, own, TOLERANCE)
     }
 
     /// `f`. `own`: of its own parameters.

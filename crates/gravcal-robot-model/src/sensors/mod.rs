@@ -17,7 +17,7 @@
 //! 2. a [`SensorModel`] that declares the term's parameters for a joint: name, unit, where they start, and how uncertain they may be before
 //!    a number misleads;
 //! 3. a [`Registry`](crate::Registry) that knows it, handed to whoever reads a session: `read_session_with`,
-//!    `Simulation::read_with`, or the whole program, `gravcal_cli::run`.
+//!    `Simulation::read_with`, or the whole program, `gravcal_cli::main`.
 //!
 //! Torque that ripples over the joint's angle, `a sin(n q + φ)`:
 //!
@@ -110,6 +110,7 @@ pub(crate) mod testing;
 pub use automatic::{Differentiated, SensorFormula};
 pub use declare::{Term, declare_terms};
 pub(crate) use declare::{check_parameter_names, declared_parameter};
+pub(crate) use derivative_check::TOLERANCE;
 pub use derivative_check::{WrongDerivative, check_term_derivatives};
 pub use model::{Declared, ParameterSpec, SensorModel, Side, Site};
 pub use options::{Options, RefusedOption};

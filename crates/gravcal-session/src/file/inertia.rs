@@ -104,12 +104,18 @@ pub(super) fn axis_std(document: &Document, table: &InertiaTable) -> Result<Opti
     Ok(std.map(f64::to_radians))
 }
 
+const MOVES_OBSERVED: &str = "joints that are not where the robot's description says move what [[residual]] observes, too, which is not modelled: \
+                              leave this out, and give the residual a standard deviation that covers it";
+
 /// Whether this session has lengths and axes that can be known less well.
 pub(super) fn check_displacements(document: &Document, session: &Session) -> Result<(), FileError> {
     let (by_sweep, free) = (session.inertia == InertiaPrior::Sweep, session.joints.is_empty());
+    let observed = !session.residuals.is_empty();
     let (key, message) = match (session.length_std, session.axis_std) {
         (Some(_), _) if by_sweep => ("length_std_m", "moments of sweeps ask for no lengths: leave it out"),
         (Some(_), _) if free => ("length_std_m", "a body without joints has no lengths: leave it out"),
+        (Some(_), _) if observed => ("length_std_m", MOVES_OBSERVED),
+        (_, Some(_)) if observed => ("axis_std_deg", MOVES_OBSERVED),
         (_, Some(_)) if free => ("axis_std_deg", "a body without joints has no axes: leave it out"),
         (_, Some(_)) if by_sweep => {
             ("axis_std_deg", "moments of sweeps take axes as exact: leave it out, or write description = \"link\"")

@@ -73,6 +73,9 @@ pub(super) fn check_shared(
 ) -> Result<Option<usize>, FileError> {
     let refuse = |message: String| Err(context.document.error(&found.field, message));
     let owner = found.parameter.owner.as_str();
+    if owner == "gravity" {
+        return refuse("`gravity` is what the calibration finds: share the parameter under another name".to_owned());
+    }
     if context.joint_names.contains(&owner) || context.link_names.contains(&owner) {
         return refuse(format!("`{owner}` is a joint or link of the robot: share the parameter under another name"));
     }

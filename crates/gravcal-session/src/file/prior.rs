@@ -1,7 +1,7 @@
 //! `[prior]`: what an earlier calibration knows.
 
 use gravcal_recording::{
-    Digest, EarlierEstimate, EarlierInput, EarlierParameter, InputRole, Part, read_earlier, read_earlier_inputs,
+    Digest, EarlierEstimate, EarlierInput, EarlierParameter, InputRole, Memory, Part, read_earlier, read_earlier_inputs,
 };
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::number::{rounded, shown_unit};
@@ -60,7 +60,7 @@ enum Unchanged {
 pub(super) fn resolve(
     context: &Context<'_>,
     table: &PriorTable,
-    written: WrittenTables<'_>,
+    (written, memory): (WrittenTables<'_>, &Memory),
     session: Session,
 ) -> Result<Session, FileError> {
     let section = Section { context, table, session: &session };
@@ -73,7 +73,7 @@ pub(super) fn resolve(
     section.check_inertia()?;
     section.check_common_errors()?;
     let inputs = read_earlier_inputs(&path).map_err(|e| section.error("calibration", e))?;
-    let shared = section.shared_parts(written, &inputs)?;
+    let shared = section.shared_parts((written, memory), &inputs)?;
     let known = section.known(&earlier, format!("{} ({estimator})", table.calibration))?.sharing(shared);
     let mut session = session;
     for id in session.parameters() {
@@ -133,9 +133,15 @@ impl Section<'_> {
 
     /// The recordings, by file name, that the earlier calibration was made from as well, of which this session takes a part: which one
     /// was taken there its file does not say. A whole one is refused: what was read there is in it.
-    fn shared_parts(&self, written: WrittenTables<'_>, inputs: &[EarlierInput]) -> Result<Vec<String>, FileError> {
+    fn shared_parts(
+        &self,
+        (written, memory): (WrittenTables<'_>, &Memory),
+        inputs: &[EarlierInput],
+    ) -> Result<Vec<String>, FileError> {
         let mut shared = Vec::new();
-        for (index, (table, here)) in self.session.tables.iter().zip(written.iter()).enumerate() {
+        let tables = self.session.tables.iter().zip(written.iter()).enumerate();
+        // What is in memory is no file that was read then.
+        for (index, (table, here)) in tables.filter(|(_, (table, _))| !memory.holds(&table.path)) {
             let field = written.field(index).key("file");
             let digest = Digest::of(&table.path).map_err(|error| self.context.document.error(&field, error))?;
             if inputs.iter().all(|input| input.sha256 != digest.sha256) {

@@ -13,8 +13,8 @@ use super::declared::Declared;
 use super::poses::{ReadPoses, WrittenTables};
 use super::session_table::SessionTable;
 use super::{
-    deflection, inertia, loads, missing_noise, motion, orientation, poses, prior, residuals, single_poses, uncertainty,
-    unexplained,
+    deflection, inertia, loads, missing_noise, model_derivatives, motion, orientation, poses, prior, residuals,
+    single_poses, uncertainty, unexplained,
 };
 use crate::document::{Document, Field, FileError};
 use crate::robot_file::{RobotSource, resolve_robot};
@@ -112,7 +112,7 @@ fn read(
     let session = without_friction_in_validation(Session { deflection, static_friction, ..session });
     let session = match &written.prior {
         None => session,
-        Some(prior) => prior::resolve(&context, prior, all, session)?,
+        Some(prior) => prior::resolve(&context, prior, (all, memory), session)?,
     };
     check(&context, &session)?;
     let session = unexplained::resolve(document, &unexplained, finds_rest && !session.has_windows(), session)?;
@@ -158,6 +158,7 @@ fn check(context: &Context<'_>, session: &Session) -> Result<(), FileError> {
     motion::check(context, session)?;
     single_poses::check_single_poses(context.document, session)?;
     deflection::check_instruments(context.document, session)?;
+    model_derivatives::check(context.document, session)?;
     residuals::check(context.document, session)
 }
 

@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 
 use gravcal_recording::{FurtherColumn, PoseMapping};
-use gravcal_robot_model::parameter::{Parameter, SensorParameter};
+use gravcal_robot_model::parameter::Parameter;
 use gravcal_robot_model::residual_models::{ResidualInUse, ResidualModel, Scene, Setting, Tie, declare_residual};
-use gravcal_robot_model::sensors::{Options, RefusedOption};
+use gravcal_robot_model::sensors::{Options, RefusedOption, WrongDerivative};
 use gravcal_robot_model::session::{AuxiliarySensor, Session};
 use gravcal_robot_model::{Registry, State};
 use serde::Deserialize;
 use toml::Table;
 
 use super::context::Context;
+use super::model_derivatives::{LOOKED_AT, at_most_places, beside};
 use super::models::{check_shared, with_prior};
 use super::parameter_prior::ParameterPriorTable;
 use crate::document::{Document, Field, FileError};
@@ -93,14 +94,18 @@ fn check_names(
     let taken = |name: &str| {
         let instrument = instruments.iter().any(|instrument| instrument.name == name);
         let owner = further.iter().any(|parameter| parameter.owner == name);
-        instrument || owner || context.joint_names.contains(&name) || context.link_names.contains(&name)
+        instrument
+            || owner
+            || name == "gravity"
+            || context.joint_names.contains(&name)
+            || context.link_names.contains(&name)
     };
     match tables.iter().position(|table| taken(table.name())) {
         None => Ok(()),
         Some(index) => {
             let name = tables[index].name();
             let message = format!(
-                "`{name}` is a joint, a link, an instrument or what sensors share: give the residual a name of its own"
+                "`{name}` is a joint, a link, an instrument, gravity or what sensors share: give the residual a name of its own"
             );
             Err(context.document.error(&field(index), message))
         }
@@ -215,31 +220,36 @@ pub(super) fn check(document: &Document, session: &Session) -> Result<(), FileEr
             ));
         }
         for tie in &ties {
-            let value = at_nominal(session, residual, &nominal, tie);
+            let value =
+                at_nominal(session, residual, (&nominal, tie), |scenes, x| residual.value(tie, scenes, x, None));
             let pose = &session.poses[tie.poses[0]];
             let at = format!("in {}:{}", session.tables[pose.table].path.display(), pose.line);
             if !(tie.std > 0.0 && tie.std.is_finite()) {
                 return refuse(format!("{at}: {} is no standard deviation: expected a positive number", tie.std));
             }
             if !value.is_finite() {
-                return refuse(format!("{at}: at nominal values it comes to {value}, and not to a number"));
+                return refuse(format!(
+                    "{at}: at nominal values it comes to {value}, and not to a number. Does it say that it sees all that it uses \
+                     (coordinates, gravity)?"
+                ));
             }
+        }
+        if let Some(wrong) = wrong_derivative(session, residual, &nominal, &ties) {
+            return refuse(format!("the model {} is wrong: {wrong}", residual.model));
         }
     }
     Ok(())
 }
 
-/// A row at nominal values.
-fn at_nominal(session: &Session, residual: &ResidualInUse, nominal: &State, tie: &Tie) -> f64 {
+/// What a function makes of the scenes of a row and of the residual's parameters, at nominal values.
+fn at_nominal<T>(
+    session: &Session,
+    residual: &ResidualInUse,
+    (nominal, tie): (&State, &Tie),
+    function: impl Fn(&[Scene<'_>], &[f64]) -> T,
+) -> T {
     let mut gravity = nominal.gravity;
-    let coordinates = |pose: &usize| -> Vec<f64> {
-        let of_joint = |(joint, reading): (usize, &f64)| {
-            let [gain, offset] = [SensorParameter::PositionGain, SensorParameter::PositionOffset]
-                .map(|quantity| session.joints[joint].of(quantity).nominal);
-            gain * reading + offset
-        };
-        session.poses[*pose].position.iter().enumerate().map(of_joint).collect()
-    };
+    let coordinates = |pose: &usize| session.nominal_coordinates(&session.poses[*pose]);
     let mut all: Vec<Vec<f64>> = tie.poses.iter().map(coordinates).collect();
     all.iter_mut().for_each(|coordinates| residual.hide_unseen(coordinates, &mut gravity));
     let chain = &session.robot.chain;
@@ -252,5 +262,26 @@ fn at_nominal(session: &Session, residual: &ResidualInUse, nominal: &State, tie:
         })
         .collect();
     let x: Vec<f64> = residual.places.iter().map(|place| nominal.further[*place]).collect();
-    residual.value(tie, &scenes, &x, None)
+    function(&scenes, &x)
+}
+
+/// Poses of a row whose derivatives are looked at.
+const MOST_POSES: usize = 20;
+
+/// Derivatives that differences of values contradict at most of the places that are looked at. A residual may have a kink where one of them is taken.
+fn wrong_derivative(
+    session: &Session,
+    residual: &ResidualInUse,
+    nominal: &State,
+    ties: &[Tie],
+) -> Option<WrongDerivative> {
+    let wrong = |tie: &&Tie| {
+        at_nominal(session, residual, (nominal, tie), |scenes, x| {
+            residual.check_derivatives(tie, scenes, &beside(x)).err()
+        })
+    };
+    // What many poses have in common has too many derivatives to look at each.
+    let ties: Vec<&Tie> = ties.iter().filter(|tie| tie.poses.len() <= MOST_POSES).collect();
+    let every = ties.len().div_ceil(LOOKED_AT).max(1);
+    at_most_places(ties.iter().step_by(every).map(wrong))
 }
