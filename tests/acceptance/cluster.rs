@@ -61,7 +61,11 @@ fn before_path(folder: &Path) -> OsString {
 }
 
 fn submission(study: &Study, tasks: &str) -> Vec<String> {
-    let mut arguments = study.arguments("submitted", &["--tasks", tasks, "--sbatch=--time=01:00:00"]);
+    submission_to("submitted", study, tasks)
+}
+
+fn submission_to(folder: &str, study: &Study, tasks: &str) -> Vec<String> {
+    let mut arguments = study.arguments(folder, &["--tasks", tasks, "--sbatch=--time=01:00:00"]);
     arguments[1] = "submit".into();
     arguments.remove(0);
     arguments
@@ -103,6 +107,18 @@ fn more_tasks_than_an_array_takes_are_fewer_that_do_more() {
     let (study, slurm) = (Study::small(40), scripts());
     let submitted = run(&before_path(slurm.path()), &submission(&study, "5000"));
     assert!(submitted.code == 0 && submitted.stdout.contains("Submitted 3 tasks"), "{submitted:?}");
+}
+
+/// Slurm fills in `%a`, and would any other sign behind a per cent sign.
+#[test]
+fn a_folder_may_have_spaces_and_per_cent_signs() {
+    let (study, slurm) = (Study::small(4), scripts());
+    let submitted = run(&before_path(slurm.path()), &submission_to("90 % a", &study, "2"));
+    assert_eq!(submitted.code, 0, "{submitted:?}");
+    let options = fs::read_to_string(slurm.path().join("options-1")).unwrap();
+    assert!(options.contains("90 %% a/logs/task-%a.log"), "{options}");
+    let status = submitted.stdout.lines().find(|line| line.starts_with("gravcal study status ")).unwrap();
+    assert!(status.contains("90 % a' says how far they are"), "{status}");
 }
 
 #[test]

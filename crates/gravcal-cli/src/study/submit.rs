@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_recording::{LARGEST_RESULTS, read_whole, write_atomically};
+use gravcal_recording::{LARGEST_RESULTS, in_command, read_whole, write_atomically};
 use gravcal_study::batch::{Manifest, Shard, StudyFolder};
 use gravcal_study::plan::Study;
 use serde::{Deserialize, Serialize};
@@ -97,7 +97,7 @@ pub fn submit(arguments: &SubmitArguments, study: &Study, solvers: &[String]) ->
     check_apart(&study.inputs, &path)?;
     let folder = StudyFolder::begin(&path, Manifest::new(study, solvers)).map_err(|error| refused(&error))?;
     if folder.is_complete() {
-        terminal::print(&format!("All trials are there: gravcal study report {}\n", path.display()))?;
+        terminal::print(&format!("All trials are there: gravcal study report {}\n", in_command(&path)))?;
         return Ok(Exit::Determined);
     }
     let path = absolute(&path)?;
@@ -117,7 +117,7 @@ pub fn submit(arguments: &SubmitArguments, study: &Study, solvers: &[String]) ->
         jobs.merge_job,
         path.display(),
         logs.display(),
-        path.display()
+        in_command(&path)
     ))?;
     Ok(Exit::Determined)
 }
@@ -127,7 +127,9 @@ fn hand_in(arguments: &SubmitArguments, study: &Path, results: &Path, tasks: usi
     let (program, results_quoted) = (slurm::quoted(&program), slurm::quoted(results));
     let script = |command: String| format!("#!/bin/sh\nexec {program} study {command}\n");
     let name = |what: &str| format!("--job-name=gravcal-{what}");
-    let log = |name: &str| format!("--output={}", results.join(LOGS).join(name).display());
+    // Slurm fills in what stands behind a per cent sign.
+    let logs = results.join(LOGS).display().to_string().replace('%', "%%");
+    let log = |name: &str| format!("--output={logs}/{name}");
 
     let run = format!("run {} --output {results_quoted} --threads {} --quiet", slurm::quoted(study), arguments.threads);
     let mut options = vec![name("study"), log("task-%a.log"), format!("--array=0-{}", tasks - 1), "--requeue".into()];

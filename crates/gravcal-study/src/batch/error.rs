@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use gravcal_calibration::UnsuitableChoice;
-use gravcal_recording::WriteError;
+use gravcal_recording::{WriteError, in_command};
 use thiserror::Error;
 
 /// A study cannot be run, or its results not be put in place. What was there before still is.
@@ -68,7 +68,7 @@ pub enum BatchError {
         folders: Vec<PathBuf>,
     },
     /// All parts are there, but not in one table.
-    #[error("{}: all parts are there, but not yet put together: `gravcal study merge {}`", folder.display(), folder.display())]
+    #[error("{}: all parts are there, but not yet put together: `gravcal study merge {}`", folder.display(), in_command(folder))]
     NotMerged {
         /// The folder.
         folder: PathBuf,
