@@ -7,7 +7,7 @@ use super::model::{DeclaredResidual, ResidualModel, Setting};
 use super::scene::{Scene, only_seen};
 use super::term::{ResidualRow, ResidualTerm, Sees, Slopes, Tie};
 use crate::parameter::Parameter;
-use crate::sensors::{Options, RefusedOption, TOLERANCE, WrongDerivative, check_parameter_names, declared_parameter};
+use crate::sensors::{Options, RefusedOption, TOLERANCE, WrongDerivative, check_parameters, declared_parameter};
 use crate::session::Pose;
 
 /// A residual of a session.
@@ -72,7 +72,7 @@ pub fn declare_residual(
     (name, options): (&str, &Options),
 ) -> Result<(ResidualInUse, Vec<Parameter>), RefusedOption> {
     let DeclaredResidual { parameters, term } = model.declare(setting, options)?;
-    check_parameter_names(&parameters)?;
+    check_parameters(&parameters)?;
     let sees = term.sees();
     let count = setting.chain().joint_count();
     if let Some(joint) = sees.joints.iter().find(|joint| **joint >= count) {

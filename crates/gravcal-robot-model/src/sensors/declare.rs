@@ -7,7 +7,7 @@ use super::derivative_check::{TOLERANCE, WrongDerivative, check_term_derivatives
 use super::model::{Declared, ParameterSpec, SensorModel, Side, Site};
 use super::options::{Options, RefusedOption};
 use super::term::{Moment, Partials, Reads, SensorTerm};
-use crate::parameter::{Parameter, SensorParameter};
+use crate::parameter::{Limit, Parameter, SensorParameter};
 use crate::session::{ParameterPrior, PriorKind};
 
 /// A term of one joint's sensor, with the places of its parameters.
@@ -53,7 +53,7 @@ pub fn declare_terms(
     options: &Options,
 ) -> Result<Vec<(Term, Vec<Parameter>)>, RefusedOption> {
     let declared = model.declare(site, options)?;
-    check_parameter_names(declared.iter().flat_map(|term| &term.parameters))?;
+    check_parameters(declared.iter().flat_map(|term| &term.parameters))?;
     let name: Arc<str> = model.name().into();
     let term = |Declared { parameters, term: function }: Declared| {
         let reads = function.reads();
@@ -88,15 +88,16 @@ pub(crate) fn declared_parameter(owner: &str, spec: ParameterSpec, linear: bool)
     }
 }
 
-/// Names of parameters are keys of files, and told behind the name of what has them and a point.
-pub(crate) fn check_parameter_names<'s>(
-    declared: impl IntoIterator<Item = &'s ParameterSpec>,
-) -> Result<(), RefusedOption> {
+/// Names of parameters are keys of files, and told behind the name of what has them and a point; a fit starts where they start.
+pub(crate) fn check_parameters<'s>(declared: impl IntoIterator<Item = &'s ParameterSpec>) -> Result<(), RefusedOption> {
     let declared: Vec<&ParameterSpec> = declared.into_iter().collect();
     let fits = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
     let owners = declared.iter().filter_map(|spec| spec.shared.as_deref());
     if let Some(owner) = owners.into_iter().find(|owner| owner.is_empty() || !owner.chars().all(fits)) {
         let message = format!("parameters are shared under the name `{owner}`: expected letters, digits, `_` and `-`");
+        return Err(RefusedOption::new("kind", message));
+    }
+    if let Some(message) = declared.iter().find_map(|spec| wrong_number(spec)) {
         return Err(RefusedOption::new("kind", message));
     }
     let names: Vec<&str> = declared.iter().map(|spec| spec.name.as_str()).collect();
@@ -127,4 +128,34 @@ fn check_reads(reads: &Reads, side: Side, site: &Site<'_>) -> Result<(), Refused
         return refused("a model of a position sensor reads positions and conditions only, but this one reads torques or coordinates".into());
     }
     Ok(())
+}
+
+fn wrong_number(spec: &ParameterSpec) -> Option<String> {
+    let ParameterSpec { name, nominal, limit, .. } = spec;
+    if !nominal.is_finite() {
+        return Some(format!("the model starts its parameter `{name}` at {nominal}: expected a finite number"));
+    }
+    match limit {
+        Limit::Absolute(limit) | Limit::ShareOfNominal(limit) if limit.is_nan() || *limit <= 0.0 => Some(format!(
+            "the model gives its parameter `{name}` the limit {limit}, beyond which a standard deviation misleads: expected a positive number"
+        )),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_parameters_that_can_mean_nothing_are_refused() {
+        let refused = |spec: ParameterSpec| check_parameters([&spec]).err().map(|refused| refused.message);
+        let spec = |limit| ParameterSpec::new("drift", "N·m/s", limit);
+        assert_eq!(refused(spec(Limit::Absolute(0.1)).starting_at(-2.0)), None);
+        let start = refused(spec(Limit::Absolute(0.1)).starting_at(f64::NAN)).unwrap();
+        assert_eq!(start, "the model starts its parameter `drift` at NaN: expected a finite number");
+        for limit in [Limit::Absolute(-1.0), Limit::ShareOfNominal(0.0), Limit::Absolute(f64::NAN)] {
+            assert!(refused(spec(limit)).unwrap().contains("expected a positive number"), "{limit:?}");
+        }
+    }
 }

@@ -109,7 +109,7 @@ pub(crate) mod testing;
 
 pub use automatic::{Differentiated, SensorFormula};
 pub use declare::{Term, declare_terms};
-pub(crate) use declare::{check_parameter_names, declared_parameter};
+pub(crate) use declare::{check_parameters, declared_parameter};
 pub(crate) use derivative_check::TOLERANCE;
 pub use derivative_check::{WrongDerivative, check_term_derivatives};
 pub use model::{Declared, ParameterSpec, SensorModel, Side, Site};
