@@ -15,8 +15,9 @@ pub(crate) fn contradicting_difference(
 ) -> Option<f64> {
     let found = central_difference(STEP, (values, place), &value);
     let apart = (reported - found).abs();
+    let rounding = 4.0 * f64::EPSILON * value(values).abs() / (STEP * values[place].abs().max(1.0));
     // Nor does what is not a number agree.
-    let agrees = apart <= tolerance;
+    let agrees = apart <= tolerance.max(rounding);
     let hangs_on_step = || {
         let finer = central_difference(FINER, (values, place), &value);
         (finer - found).abs() > tolerance.max(0.25 * apart.min(found.abs().max(finer.abs())))

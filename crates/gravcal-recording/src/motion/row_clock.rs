@@ -45,6 +45,9 @@ pub struct RowClock {
 impl RowClock {
     /// What to do where neither standstills nor slow sweeps are found.
     pub fn advice(&self) -> String {
+        if let Some(doubt) = self.doubt() {
+            return doubt.trim_end_matches('.').to_owned();
+        }
         self.cure(&format!(
             "let the arm stand for {:.1} s or more in each pose (readings.still), or move one joint slowly to and fro while the others stand \
              (readings.sweeps)",
@@ -207,6 +210,8 @@ mod tests {
         assert!(shuffled.starts_with("the clock `t` goes backwards in 50 % of the rows"), "{shuffled}");
         let nanoseconds = doubt(&mut (0..500).map(|row| 1e3 * f64::from(row))).unwrap();
         assert!(nanoseconds.contains("rows are 1.000e3 s apart: is its unit right?"), "{nanoseconds}");
+        let clock = RowClock { column: "t".to_owned(), rate: 0.05, backwards: 0.4, ..RowClock::default() };
+        assert!(clock.advice().ends_with("they are not in the order of time. Sort them by it"), "{}", clock.advice());
     }
 
     #[test]
