@@ -162,6 +162,11 @@ impl ResidualTerm for PythonRows {
         (0..poses.len()).filter(observed).map(|place| Tie::new([place], self.said.std)).collect()
     }
 
+    /// In Python, where it says so in Python's words.
+    fn checks_derivatives(&self) -> bool {
+        true
+    }
+
     fn is_batched(&self) -> bool {
         true
     }

@@ -83,6 +83,11 @@ impl SensorTerm for PythonTerm {
         self.reads.clone()
     }
 
+    /// In Python, where it says so in Python's words.
+    fn checks_derivatives(&self) -> bool {
+        true
+    }
+
     /// Not finite where Python gives no value.
     fn value(&self, at: &Moment<'_>, x: &[f64], partials: Option<Partials<'_>>) -> f64 {
         let joint = self.function.joint;

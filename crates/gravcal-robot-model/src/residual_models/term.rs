@@ -20,6 +20,11 @@ pub trait ResidualTerm: Debug + Send + Sync {
     /// Where `f` is not defined it is not finite; a solver shortens its step then.
     fn value(&self, tie: &Tie, at: &[Scene<'_>], x: &[f64], slopes: Option<Slopes<'_>>) -> f64;
 
+    /// Whether it holds its derivatives against differences itself: then no session does.
+    fn checks_derivatives(&self) -> bool {
+        false
+    }
+
     /// Whether its rows come of few calls of [`values`](Self::values), as where a call is dear. They are one factor then.
     fn is_batched(&self) -> bool {
         false

@@ -22,6 +22,11 @@ pub trait SensorTerm: Debug + Send + Sync {
     ///
     /// Where `f` is not defined it is not finite; a solver shortens its step then.
     fn value(&self, at: &Moment<'_>, x: &[f64], partials: Option<Partials<'_>>) -> f64;
+
+    /// Whether it holds its derivatives against differences itself: then no session does.
+    fn checks_derivatives(&self) -> bool {
+        false
+    }
 }
 
 /// The derivatives of a term.
