@@ -26,8 +26,8 @@ const CALIBRATED: &str = "calibrated";
 
 /// Write a recording again with calibrated torques and angles
 ///
-/// Everything else in it is kept, other columns, topics, schemas, metadata, attachments, but for messages that are damaged. An MCAP file becomes an MCAP file, a CSV file
-/// a CSV file. The session that the calibration was made from says which column belongs to which joint. Angles stay in the unit of their
+/// Everything else in it is kept, other columns, topics, schemas, metadata, attachments, but for messages that are damaged. An MCAP file
+/// becomes an MCAP file, a CSV file a CSV file. The session that the calibration was made from says which column belongs to which joint. Angles stay in the unit of their
 /// column (rad, where that is the sensor's own), torques are in N·m (N for prismatic joints).
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

@@ -38,7 +38,8 @@ impl NominalVerdict {
     }
 }
 
-/// Judges the readings at the given values, where a fit finds their noise or not; a standard deviation follows from a first guess where no reading states its noise.
+/// Judges the readings at the given values; a standard deviation follows from a first guess where no reading states its noise. `noise_found`: whether a
+/// fit finds noise from the residuals; then nothing is determined where too few are left for that.
 pub(super) fn judge_at(
     session: &Session,
     readings: &MeasurementSet,
