@@ -57,7 +57,7 @@ pub struct ChannelNoise {
     pub std: f64,
     /// Degrees of freedom of the channel's own residuals, `d`.
     pub own: f64,
-    /// All that tell it: `d + d₀`; infinite where channels that are alike have one noise.
+    /// All that tell it: `d + d₀`; those of all channels that are alike where these have one noise.
     pub freedom: f64,
 }
 
@@ -82,7 +82,7 @@ pub fn noise_by_squares(readings: &[ReadingResidual], groups: &[Option<usize>]) 
         residuals.variance().map(|own| ChannelNoise {
             std: common.map_or(own, |common| common.moderated(*residuals)).sqrt(),
             own: residuals.freedom,
-            freedom: residuals.freedom + common.map_or(0.0, |common| common.freedom),
+            freedom: common.map_or(residuals.freedom, |common| common.telling(*residuals)),
         })
     });
     noise.collect()
@@ -118,6 +118,8 @@ struct CommonNoise {
     variance: f64,
     /// `d₀`; infinite where the channels differ by no more than chance.
     freedom: f64,
+    /// `Σ d` of the channels.
+    of_all: f64,
 }
 
 impl CommonNoise {
@@ -130,11 +132,12 @@ impl CommonNoise {
             return CommonNoise::of_all(channels);
         }
         let logarithms = || informative.iter().filter_map(|c| Some(c.variance()?.ln() - excess(c.freedom)));
+        let of_all = channels.iter().map(|channel| channel.freedom).sum();
         let mean = logarithms().sum::<f64>() / count;
         let scatter = logarithms().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
         let by_chance = informative.iter().map(|c| trigamma(0.5 * c.freedom)).sum::<f64>() / count;
         Some(match freedom_of_scatter(scatter - by_chance) {
-            Some(freedom) => CommonNoise { variance: (mean + excess(freedom)).exp(), freedom },
+            Some(freedom) => CommonNoise { variance: (mean + excess(freedom)).exp(), freedom, of_all },
             None => return CommonNoise::of_all(channels),
         })
     }
@@ -145,7 +148,12 @@ impl CommonNoise {
             squares: all.squares + channel.squares,
             freedom: all.freedom + channel.freedom,
         });
-        Some(CommonNoise { variance: all.variance()?, freedom: f64::INFINITY })
+        Some(CommonNoise { variance: all.variance()?, freedom: f64::INFINITY, of_all: all.freedom })
+    }
+
+    /// The degrees of freedom that tell the noise of one of the channels: no more than all of them have.
+    fn telling(&self, own: Residuals) -> f64 {
+        (own.freedom + self.freedom).min(self.of_all)
     }
 
     fn moderated(&self, own: Residuals) -> f64 {
@@ -308,7 +316,8 @@ mod tests {
         let root = |mean: f64| (1.5 * mean).sqrt();
         let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-12;
         assert!(near(a, root(0.025)) && a == b && near(c, root(250.0)) && c == d && near(e, root(25.0)), "{noise:?}");
-        assert!(noise[..4].iter().all(|found| found.unwrap().freedom.is_infinite()), "{noise:?}");
+        // Three residuals about their mean have two degrees of freedom, and both channels of a group tell its noise.
+        assert!(noise[..4].iter().all(|found| near(found.unwrap().freedom, 4.0)), "{noise:?}");
     }
 
     /// Four channels with eleven degrees of freedom each and noises from 1 to 100: none tells much of another.

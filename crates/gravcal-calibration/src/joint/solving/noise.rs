@@ -108,7 +108,7 @@ pub(in crate::joint) struct NoisesFound {
     /// How many there are, each with as many degrees of freedom as the others. Channels that are alike have one; of `k` that differ, and of which each
     /// has `d₀` degrees of freedom from the others beside its own, `D` in all, there are `D/(D/k + d₀)`.
     pub count: f64,
-    /// The degrees of freedom of each channel's, `d + d₀`; infinite where channels that are alike have one noise.
+    /// The degrees of freedom that tell each channel's: those of all channels that are alike where these have one noise.
     pub of_channels: Vec<Option<f64>>,
 }
 
@@ -162,10 +162,28 @@ mod tests {
     #[test]
     fn noises_that_are_alike_are_one_and_those_that_differ_nearly_as_many_as_they_are() {
         let members = |freedom: f64| vec![ChannelNoise { std: 1.0, own: 11.0, freedom }; 4];
-        assert_eq!(noises_of(&members(f64::INFINITY)), 1.0);
+        assert_eq!(noises_of(&members(44.0)), 1.0);
         // 44 degrees of freedom, of which each noise has 11 and one of the others.
         assert!((44.0 / noises_of(&members(12.0)) - 12.0).abs() < 1e-12);
         assert_eq!((noises_of(&members(11.0)), noises_of(&[])), (4.0, 1.0));
+    }
+
+    #[test]
+    fn a_noise_that_is_found_beside_stated_ones_has_its_own_degrees_of_freedom() {
+        let mut session = sarcos_shoulder().session(0);
+        session.poses.iter_mut().filter_map(|pose| pose.torque[0].as_mut()).for_each(|reading| reading.std = None);
+        let readings = select(&session, Signals::All).only(|id| id.pose % 6 == 0);
+        let solved = solved(&session, &readings);
+        let own = solved.built.rows.iter().filter(|id| id.channel == 0).count() as f64;
+        let found = solved.noises_found(&session).unwrap();
+        assert!(found.of_channels[1..].iter().all(Option::is_none), "{:?}", found.of_channels);
+        let freedom = found.of_channels[0].unwrap();
+        // Of all unknowns of three joints some are its own.
+        assert!(
+            (own - 12.0..own - 1.0).contains(&freedom),
+            "{freedom} of {own}, and {} rows in all",
+            solved.built.rows.len()
+        );
     }
 
     /// `½ χ² / f² + (n − rank) ln f` is least at the noise that the degrees of freedom give, and not at that which all readings would.
