@@ -17,6 +17,7 @@ use crate::studies::Study;
 
 /// Runs the tasks of an array one after the other, and what waits for a job only where that did not fail.
 const SBATCH: &str = r#"#!/bin/sh
+[ "$1" = --version ] && exit 0
 here=$(dirname "$0"); job=$(( $(cat "$here/jobs" 2>/dev/null || echo 0) + 1 )); echo $job > "$here/jobs"
 cat > "$here/script-$job"; last=; after=
 for option in "$@"; do case $option in --array=0-*) last=${option#--array=0-};; --dependency=afterok:*) after=${option#*:};; esac; done
@@ -126,6 +127,7 @@ fn where_there_is_no_slurm_that_is_said() {
     let (study, nowhere) = (Study::small(2), tempfile::tempdir().unwrap());
     let refused = run(&nowhere.path().into(), &submission(&study, "2"));
     assert_eq!(refused.refusal(&["sbatch", "--shard K/N"]), None);
+    assert!(!study.results("submitted").exists());
     let unknown = run(&nowhere.path().into(), &["status".into(), nowhere.path().display().to_string()]);
     assert_eq!(unknown.refusal(&["study"]), None);
 }

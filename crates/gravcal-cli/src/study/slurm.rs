@@ -9,6 +9,14 @@ use crate::failure::Failure;
 /// Tasks of an array where Slurm does not tell how many it takes: its own default.
 const MOST_TASKS: usize = 1000;
 
+/// Fails where there is no Slurm.
+///
+/// # Errors
+/// `sbatch` does not run here.
+pub fn check_there() -> Result<(), Failure> {
+    run("sbatch", &["--version".to_owned()], None).map(|_| ())
+}
+
 /// Hands a script in, and returns the number of its job.
 ///
 /// # Errors

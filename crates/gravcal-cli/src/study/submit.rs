@@ -95,6 +95,8 @@ pub fn share_folder(results: &Path, shard: Shard) -> PathBuf {
 pub fn submit(arguments: &SubmitArguments, study: &Study, solvers: &[String]) -> Result<Exit, Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| folder_beside(&arguments.study));
     check_apart(&study.inputs, &path)?;
+    // Before anything is written.
+    slurm::check_there()?;
     let folder = StudyFolder::begin(&path, Manifest::new(study, solvers)).map_err(|error| refused(&error))?;
     if folder.is_complete() {
         terminal::print(&format!("All trials are there: gravcal study report {}\n", in_command(&path)))?;

@@ -10,7 +10,9 @@ use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{LARGEST_RESULTS, NewFiles, clear_abandoned, is_temporary, read_whole, write_atomically};
+use gravcal_recording::{
+    Digest, LARGEST_DOCUMENT, LARGEST_RESULTS, NewFiles, clear_abandoned, is_temporary, read_whole, write_atomically,
+};
 
 use super::BatchError;
 use super::manifest::Manifest;
@@ -27,6 +29,8 @@ const LOCK: &str = "lock";
 /// How the names of a part's files end, behind its number.
 const PART: &str = ".parquet";
 const PART_TIMES: &str = ".times.csv";
+/// Cell of the latter that has the digest of the former, behind point, trials and times.
+const DIGEST_CELL: usize = 4;
 
 /// A folder with the results of a study, or a part of them.
 #[derive(Debug)]
@@ -167,7 +171,7 @@ impl StudyFolder {
         Ok(self.done()?.len())
     }
 
-    /// Numbers of the parts that are done, and can be read.
+    /// Numbers of the parts that are done, are as they were written, and can be read.
     pub(super) fn done(&self) -> Result<BTreeSet<usize>, BatchError> {
         let folder = self.path.join(PARTS);
         let entries = match fs::read_dir(&folder) {
@@ -178,10 +182,20 @@ impl StudyFolder {
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let columns = self.manifest.columns();
         let numbers = names.filter_map(|name| number_of(&name, PART));
-        Ok(numbers.filter(|number| TableReader::open(&self.part(*number), &columns).is_ok()).collect())
+        let sound =
+            |number: &usize| self.is_as_written(*number) && TableReader::open(&self.part(*number), &columns).is_ok();
+        Ok(numbers.filter(sound).collect())
     }
 
-    /// Puts a part in place, with how long it took.
+    /// Whether a part is the one that was written: a flipped bit of a number makes another number, which nothing else tells. Older programs wrote no digest.
+    fn is_as_written(&self, number: usize) -> bool {
+        let beside = read_whole(&self.part_times(number), LARGEST_DOCUMENT).unwrap_or_default();
+        let beside = String::from_utf8_lossy(&beside);
+        let Some(written) = beside.trim().split(',').nth(DIGEST_CELL) else { return true };
+        Digest::of(&self.part(number)).is_ok_and(|found| found.sha256 == written)
+    }
+
+    /// Puts a part in place, behind how long it took and its digest.
     pub(super) fn write(&self, part: &Part, rows: &[Row], took: Took) -> Result<(), BatchError> {
         let path = self.part(part.number);
         let failed =
@@ -189,7 +203,8 @@ impl StudyFolder {
         let bytes = self.manifest.columns().file(rows).map_err(failed)?;
         let trials = part.trials.end - part.trials.start;
         let Took { simulating, calibrating } = took;
-        let times = format!("{},{trials},{simulating},{calibrating}\n", part.point);
+        let digest = Digest::of_bytes(&bytes).sha256;
+        let times = format!("{},{trials},{simulating},{calibrating},{digest}\n", part.point);
         self.put(&part_name(part.number, PART_TIMES), times.as_bytes())?;
         self.put(&part_name(part.number, PART), &bytes)
     }
