@@ -95,6 +95,12 @@ def test_arrays(_what: str, changes: dict[str, Any], told: str, field: str, seve
         assert raised.value.field == field
 
 
+def test_an_attribute_that_a_session_has_not_is_refused(seven: dict[str, Any]) -> None:
+    session = gravcal.Session(**seven)
+    with pytest.raises(AttributeError, match="torque_std"):
+        session.torque_std = 5.0  # type: ignore[attr-defined]
+
+
 def test_units_must_be_stated(seven: dict[str, Any]) -> None:
     for name in ("position_unit", "torque_unit", "gravity"):
         with pytest.raises(TypeError, match=name):

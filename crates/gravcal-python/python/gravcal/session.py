@@ -113,6 +113,9 @@ class Session:
     Raises `InputError`.
     """
 
+    # What is set and nothing reads would be lost without a word.
+    __slots__ = ("_models", "_native", "_source")
+
     def __init__(
         self,
         robot: Robot,
