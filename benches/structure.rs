@@ -6,21 +6,13 @@
 //! further unknown: seven eliminated unknowns a pose, known beforehand to half a milliradian. One thread.
 
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
 use gravcal_benches::program::ended;
-use gravcal_benches::seven_joints::SevenJoints;
-use gravcal_estimation::{
-    Block, BlockId, Estimate, Factor, Noise, Problem, ProblemBuilder, RankAnalysis, SolveContext, Solver, Values,
-};
-use gravcal_robot_model::parameter::SensorParameter;
-use gravcal_robot_model::residuals::{Prior, Shift, Shifted};
+use gravcal_benches::seven_joints::{POSITION_ERROR, SevenJoints};
+use gravcal_estimation::{Estimate, Problem, RankAnalysis, SolveContext, Solver, Values};
 use gravcal_solvers::LevenbergMarquardt;
-
-/// Standard deviation of a joint's position error, rad.
-const POSITION_ERROR: f64 = 5e-4;
 
 /// Shows that unknowns of single poses cost time and memory in proportion to their number, and change no result.
 #[derive(Parser)]
@@ -48,7 +40,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
 
 /// Solves and judges one number of poses, and prints what it took.
 fn measure(poses: usize) -> Result<(), String> {
-    let (problem, initial) = with_position_errors(poses, true)?;
+    let (problem, initial) = SevenJoints::simulate(poses)?.with_position_errors(true)?;
     let before = memory_mib()?;
     let start = Instant::now();
     let estimate = solve(&problem, &initial)?;
@@ -75,8 +67,8 @@ fn measure(poses: usize) -> Result<(), String> {
 
 /// Largest difference of any unknown from the result without elimination, in standard deviations.
 fn compare(poses: usize) -> Result<(), String> {
-    let (eliminated, initial) = with_position_errors(poses, true)?;
-    let (plain, _) = with_position_errors(poses, false)?;
+    let (eliminated, initial) = SevenJoints::simulate(poses)?.with_position_errors(true)?;
+    let (plain, _) = SevenJoints::simulate(poses)?.with_position_errors(false)?;
     let (one, other) = (solve(&eliminated, &initial)?, solve(&plain, &initial)?);
     let analysis = RankAnalysis::new(&plain, &other.values).map_err(|e| e.to_string())?;
     let reduced = RankAnalysis::new(&eliminated, &one.values).map_err(|e| e.to_string())?;
@@ -113,28 +105,6 @@ fn solve(problem: &Problem, initial: &Values) -> Result<Estimate, String> {
         end if end.converged() => Ok(estimate),
         end => Err(end.to_string()),
     }
-}
-
-/// The joint problem with an error of every position reading.
-fn with_position_errors(poses: usize, eliminated: bool) -> Result<(Problem, Values), String> {
-    let SevenJoints { session, built } = SevenJoints::simulate(poses)?;
-    let mut builder = ProblemBuilder::new();
-    for id in built.problem.block_ids() {
-        builder.add_block(built.problem.block(id).clone(), built.initial.get(id));
-    }
-    let offset = |ids: &[BlockId; 4]| Shift::of_scalar(ids[SensorParameter::PositionOffset as usize], 1.0);
-    let offsets: Vec<Shift> = built.variables.sensors.iter().map(offset).collect();
-    let names: Vec<&str> = session.robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
-    let noise = || Noise::independent(&[POSITION_ERROR; 7]).map_err(|e| e.to_string());
-    for (index, factor) in built.problem.factors().iter().enumerate() {
-        let block = Block::vector(format!("pose{}.position_error", index + 1), "rad", &names);
-        let error = builder.add_block(if eliminated { block.eliminated() } else { block }, &[0.0; 7]);
-        let length = |id: BlockId| built.problem.block(id).len();
-        let residual = Shifted::new(Arc::clone(&factor.residual), length, &offsets, error);
-        builder.add_factor(Factor { residual: Arc::new(residual), ..factor.clone() });
-        builder.add_factor(Factor::new(Prior::new(error, vec![0.0; 7]), noise()?));
-    }
-    builder.build().map_err(|e| e.to_string())
 }
 
 /// Largest memory that the process has held so far, MiB.

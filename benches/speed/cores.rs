@@ -8,9 +8,8 @@
 
 use std::time::Instant;
 
-use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_estimation::statistics::StatisticsError;
-use gravcal_estimation::{Estimate, SolveContext, Solver};
+use gravcal_estimation::{Estimate, Problem, SolveContext, Solver, Values};
 use gravcal_identification::Known;
 use gravcal_solvers::LevenbergMarquardt;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -27,8 +26,7 @@ pub fn pool(threads: usize) -> Result<ThreadPool, String> {
 }
 
 /// Prints how many times faster two threads are than one.
-pub fn compare(problem: &SevenJoints, pools: [&ThreadPool; 2]) -> Result<(), String> {
-    let (joint, initial) = (&problem.built.problem, &problem.built.initial);
+pub fn compare(joint: &Problem, initial: &Values, pools: [&ThreadPool; 2]) -> Result<(), String> {
     let solver = LevenbergMarquardt { stopping: stopping() };
     let solve = || solver.solve(joint, initial, &mut SolveContext::default()).map_err(|e| e.to_string());
     let judge = |end: &Estimate| Known::at::<StatisticsError>(joint, end).map_err(|e| e.to_string());

@@ -1,7 +1,7 @@
 //! Speed of the joint estimate of seven joints, on one thread, beside the same problem in Ceres and in SciPy, beside other methods, and
 //! beside two threads.
 //!
-//! `cargo run --release -p gravcal-benches --bin speed`
+//! `cargo run --release -p gravcal-benches --bin speed`, and `-- --position-errors` with seven more unknowns a pose
 //!
 //! `benches/README.md` says what is measured and how.
 
@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use gravcal_benches::clock::{median_seconds, microseconds};
 use gravcal_benches::program::ended;
-use gravcal_benches::seven_joints::SevenJoints;
+use gravcal_benches::seven_joints::{POSITION_ERROR, SevenJoints};
 use gravcal_estimation::{Estimate, Problem, RankAnalysis, SolveContext, Solver, Values};
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
@@ -37,6 +37,9 @@ struct Arguments {
     /// Numbers of poses.
     #[arg(long, value_delimiter = ',', default_value = "300,2000,20000", value_parser = clap::value_parser!(u32).range(30..))]
     poses: Vec<u32>,
+    /// The error of every joint's position in every pose is one more unknown. SciPy, which eliminates none, is left out.
+    #[arg(long)]
+    position_errors: bool,
     /// Leave Ceres and SciPy out.
     #[arg(long)]
     without_peers: bool,
@@ -47,14 +50,25 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
-    let [one_thread, two_threads] = [cores::pool(1)?, cores::pool(2)?];
-    let peers = if arguments.without_peers { Vec::new() } else { peers::available() };
+    let pools = [cores::pool(1)?, cores::pool(2)?];
+    let [one_thread, two_threads] = [&pools[0], &pools[1]];
+    let mut peers = if arguments.without_peers { Vec::new() } else { peers::available() };
+    if arguments.position_errors {
+        peers.retain(|peer| peer.eliminates);
+        for poses in &arguments.poses {
+            let seven_joints = SevenJoints::simulate(*poses as usize)?;
+            let (problem, initial) = seven_joints.with_position_errors(true)?;
+            one_thread.install(|| with_position_errors(&seven_joints, (&problem, &initial), &peers))?;
+            cores::compare(&problem, &initial, [one_thread, two_threads])?;
+        }
+        return Ok(());
+    }
     let peak = product::peak();
     println!("peak of one thread, the best of square products in cache: {:.1} GFLOP/s", peak * 1e-9);
     for poses in &arguments.poses {
         let problem = SevenJoints::simulate(*poses as usize)?;
         one_thread.install(|| measure(&problem, &peers, peak))?;
-        cores::compare(&problem, [&one_thread, &two_threads])?;
+        cores::compare(&problem.built.problem, &problem.built.initial, [one_thread, two_threads])?;
     }
     Ok(())
 }
@@ -67,9 +81,23 @@ fn measure(problem: &SevenJoints, peers: &[Peer], peak: f64) -> Result<(), Strin
     let ours = solved(&LevenbergMarquardt { stopping: stopping() }, &joint.without_reference(), initial)?;
     print_shares(problem, &ours, peak)?;
     let folder = exchange::write(problem)?;
-    let theirs = peers.iter().map(|peer| (peer.name, peer.run(folder.path())));
+    let theirs = peers.iter().map(|peer| (peer.name, peer.run(folder.path(), None)));
     print_table(problem.poses(), &ours, theirs.collect());
     methods::compare(problem.poses(), joint, initial)
+}
+
+/// The same with an error of every position as one more unknown, of which the peers are told the standard deviation.
+fn with_position_errors(
+    problem: &SevenJoints,
+    (joint, initial): (&Problem, &Values),
+    peers: &[Peer],
+) -> Result<(), String> {
+    println!("\n{} poses: {} readings, {} columns", problem.poses(), 7 * problem.poses(), joint.columns().len());
+    let ours = solved(&LevenbergMarquardt { stopping: stopping() }, joint, initial)?;
+    let folder = exchange::write(problem)?;
+    let theirs = peers.iter().map(|peer| (peer.name, peer.run(folder.path(), Some(POSITION_ERROR))));
+    print_table(problem.poses(), &ours, theirs.collect());
+    Ok(())
 }
 
 /// When methods end.

@@ -13,18 +13,22 @@ const ONE_THREAD: [(&str, &str); 3] =
 /// A program that is there to run.
 pub struct Peer {
     pub name: &'static str,
+    /// Whether it can take unknowns of single poses out of the problem.
+    pub eliminates: bool,
     /// The program and its first arguments; the folder follows.
     command: Vec<PathBuf>,
 }
 
 /// The peers that this machine can run; says of the others how to install them.
 pub fn available() -> Vec<Peer> {
-    let found =
-        [("Ceres", ceres(), "apt-get install cmake g++ libceres-dev"), ("SciPy", scipy(), "pip install numpy scipy")];
+    let found = [
+        ("Ceres", true, ceres(), "apt-get install cmake g++ libceres-dev"),
+        ("SciPy", false, scipy(), "pip install numpy scipy"),
+    ];
     let mut peers = Vec::new();
-    for (name, command, install) in found {
+    for (name, eliminates, command, install) in found {
         match command {
-            Ok(command) => peers.push(Peer { name, command }),
+            Ok(command) => peers.push(Peer { name, eliminates, command }),
             Err(message) => println!("{name} is left out: {message}\n  to install it: {install}\n"),
         }
     }
@@ -32,10 +36,11 @@ pub fn available() -> Vec<Peer> {
 }
 
 impl Peer {
-    /// Solves the problem in `folder`.
-    pub fn run(&self, folder: &Path) -> Result<Row, String> {
+    /// Solves the problem in `folder`; with errors of positions of this standard deviation, rad, as further unknowns where one is given.
+    pub fn run(&self, folder: &Path, position_error: Option<f64>) -> Result<Row, String> {
         let mut command = Command::new(&self.command[0]);
-        let output = output(command.args(&self.command[1..]).arg(folder).envs(ONE_THREAD))?;
+        command.args(&self.command[1..]).arg(folder).args(position_error.map(|std| std.to_string())).envs(ONE_THREAD);
+        let output = output(&mut command)?;
         serde_json::from_str(&output).map_err(|e| format!("printed no result ({e}): {output}"))
     }
 }

@@ -5,6 +5,9 @@
 // M_i is the first moment, about the axis of joint i, of all that it carries. Gravity is taken outward and moments are
 // taken inward from frame to frame, which needs few operations on derivatives: no rotation matrix is formed.
 //
+// With a standard deviation as second argument every joint's position in every pose has an error, theta_j = s_j q_j + o_j + e_j,
+// known beforehand to be zero to so many rad: seven more unknowns a pose, which DENSE_SCHUR eliminates.
+//
 // Reads the folder that benches/speed/exchange.rs describes, finds the fewest iterations that lead from the start there
 // to the cosine wanted, solves with as many several times, and prints one line of JSON: median processor time of
 // ceres::Solve in s, iterations, cost at the start and at the end, largest cosine at the end.
@@ -21,6 +24,7 @@
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,6 +40,8 @@ using Numbers = std::vector<double>;
 // The unknowns, a parameter block each. The first and the last position offset are held, and not among them.
 struct Unknowns {
   Numbers gravity, torque_gain, torque_bias, position_gain, position_offset, inertia, placement, displacement;
+  // One block of seven a pose; empty where positions are exact.
+  std::vector<std::array<double, kJoints>> position_error;
 };
 
 struct Pose {
@@ -59,22 +65,22 @@ class PoseTorque {
   template <typename T>
   bool operator()(const T* gravity, const T* gain, const T* bias, const T* position_gain, const T* offset,
                   const T* inertia, T* residual) const {
-    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, nullptr, nullptr, residual);
+    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, nullptr, nullptr, nullptr, residual);
   }
   template <typename T>
   bool operator()(const T* gravity, const T* gain, const T* bias, const T* position_gain, const T* offset,
                   const T* inertia, const T* placement, T* residual) const {
-    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, placement, nullptr, residual);
+    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, placement, nullptr, nullptr, residual);
   }
   template <typename T>
   bool operator()(const T* gravity, const T* gain, const T* bias, const T* position_gain, const T* offset,
                   const T* inertia, const T* placement, const T* displacement, T* residual) const {
-    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, placement, displacement, residual);
+    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, placement, displacement, nullptr, residual);
   }
 
- private:
+ protected:
   template <typename T>
-  T Angle(int joint, const T* position_gain, const T* offset) const {
+  T Angle(int joint, const T* position_gain, const T* offset, const T* error) const {
     T angle = position_gain[joint] * pose_.position[joint];
     if (joint == 0) {
       angle += data_.first_offset;
@@ -83,19 +89,20 @@ class PoseTorque {
     } else {
       angle += offset[joint - 1];
     }
+    if (error != nullptr) angle += error[joint];
     return angle;
   }
 
   template <typename T>
   bool Evaluate(const T* gravity, const T* gain, const T* bias, const T* position_gain, const T* offset,
-                const T* inertia, const T* placement, const T* displacement, T* residual) const {
+                const T* inertia, const T* placement, const T* displacement, const T* error, T* residual) const {
     using std::cos;
     using std::sin;
     // Gravity in each joint's frame after its turn.
     std::array<T, kJoints> cosine, sine, gx, gy;
     T g[3] = {gravity[0], gravity[1], gravity[2]};
     for (int i = 0; i < kJoints; ++i) {
-      const T angle = Angle(i, position_gain, offset);
+      const T angle = Angle(i, position_gain, offset, error);
       cosine[i] = cos(angle);
       sine[i] = sin(angle);
       gx[i] = cosine[i] * g[0] + sine[i] * g[1];
@@ -133,24 +140,72 @@ class PoseTorque {
   const Pose& pose_;
 };
 
+// The same with errors of positions, which stand before all other unknowns.
+class ShiftedPoseTorque : public PoseTorque {
+ public:
+  using PoseTorque::PoseTorque;
+
+  template <typename T>
+  bool operator()(const T* error, const T* gravity, const T* gain, const T* bias, const T* position_gain,
+                  const T* offset, const T* inertia, T* residual) const {
+    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, nullptr, nullptr, error, residual);
+  }
+  template <typename T>
+  bool operator()(const T* error, const T* gravity, const T* gain, const T* bias, const T* position_gain,
+                  const T* offset, const T* inertia, const T* placement, T* residual) const {
+    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, placement, nullptr, error, residual);
+  }
+  template <typename T>
+  bool operator()(const T* error, const T* gravity, const T* gain, const T* bias, const T* position_gain,
+                  const T* offset, const T* inertia, const T* placement, const T* displacement, T* residual) const {
+    return Evaluate<T>(gravity, gain, bias, position_gain, offset, inertia, placement, displacement, error, residual);
+  }
+};
+
+// What is known of errors of positions beforehand.
+class PositionErrorPrior {
+ public:
+  explicit PositionErrorPrior(double std) : std_(std) {}
+
+  template <typename T>
+  bool operator()(const T* error, T* residual) const {
+    for (int i = 0; i < kJoints; ++i) residual[i] = error[i] / std_;
+    return true;
+  }
+
+ private:
+  double std_;
+};
+
 // Adds one residual block over the blocks of these sizes.
 template <int... kSizes, typename... Blocks>
-void AddPose(const Data& data, const Pose& pose, ceres::Problem& problem, Blocks&... blocks) {
-  using Cost = ceres::AutoDiffCostFunction<PoseTorque, kJoints, kSizes...>;
-  problem.AddResidualBlock(new Cost(new PoseTorque(data, pose)), nullptr, blocks.data()...);
+void AddPose(const Data& data, const Pose& pose, double* error, ceres::Problem& problem, Blocks&... blocks) {
+  if (error == nullptr) {
+    using Cost = ceres::AutoDiffCostFunction<PoseTorque, kJoints, kSizes...>;
+    problem.AddResidualBlock(new Cost(new PoseTorque(data, pose)), nullptr, blocks.data()...);
+  } else {
+    using Cost = ceres::AutoDiffCostFunction<ShiftedPoseTorque, kJoints, kJoints, kSizes...>;
+    problem.AddResidualBlock(new Cost(new ShiftedPoseTorque(data, pose)), nullptr, error, blocks.data()...);
+  }
 }
 
-void AddPoses(const Data& data, Unknowns& x, ceres::Problem& problem) {
-  for (const Pose& pose : data.poses) {
+void AddPoses(const Data& data, double position_error, Unknowns& x, ceres::Problem& problem) {
+  for (std::size_t place = 0; place < data.poses.size(); ++place) {
+    const Pose& pose = data.poses[place];
+    double* error = x.position_error.empty() ? nullptr : x.position_error[place].data();
     if (pose.placement == 0) {
-      AddPose<3, 7, 7, 7, 5, 28>(data, pose, problem, x.gravity, x.torque_gain, x.torque_bias, x.position_gain,
+      AddPose<3, 7, 7, 7, 5, 28>(data, pose, error, problem, x.gravity, x.torque_gain, x.torque_bias, x.position_gain,
                                  x.position_offset, x.inertia);
     } else if (pose.placement == 1) {
-      AddPose<3, 7, 7, 7, 5, 28, 3>(data, pose, problem, x.gravity, x.torque_gain, x.torque_bias, x.position_gain,
-                                    x.position_offset, x.inertia, x.placement);
+      AddPose<3, 7, 7, 7, 5, 28, 3>(data, pose, error, problem, x.gravity, x.torque_gain, x.torque_bias,
+                                    x.position_gain, x.position_offset, x.inertia, x.placement);
     } else {
-      AddPose<3, 7, 7, 7, 5, 28, 3, 3>(data, pose, problem, x.gravity, x.torque_gain, x.torque_bias, x.position_gain,
-                                       x.position_offset, x.inertia, x.placement, x.displacement);
+      AddPose<3, 7, 7, 7, 5, 28, 3, 3>(data, pose, error, problem, x.gravity, x.torque_gain, x.torque_bias,
+                                       x.position_gain, x.position_offset, x.inertia, x.placement, x.displacement);
+    }
+    if (error != nullptr) {
+      using Cost = ceres::AutoDiffCostFunction<PositionErrorPrior, kJoints, kJoints>;
+      problem.AddResidualBlock(new Cost(new PositionErrorPrior(position_error)), nullptr, error);
     }
   }
   problem.SetManifold(x.gravity.data(), new ceres::SphereManifold<3>);
@@ -163,11 +218,20 @@ void Assign(const Unknowns& from, Unknowns& to) {
                      &Unknowns::position_offset, &Unknowns::inertia, &Unknowns::placement, &Unknowns::displacement}) {
     std::copy((from.*block).begin(), (from.*block).end(), (to.*block).begin());
   }
+  std::copy(from.position_error.begin(), from.position_error.end(), to.position_error.begin());
 }
 
-ceres::Solver::Options Options(int iterations) {
+ceres::Solver::Options Options(int iterations, Unknowns& x) {
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  options.linear_solver_type = x.position_error.empty() ? ceres::DENSE_NORMAL_CHOLESKY : ceres::DENSE_SCHUR;
+  if (!x.position_error.empty()) {
+    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (auto& error : x.position_error) options.linear_solver_ordering->AddElementToGroup(error.data(), 0);
+    for (auto block : {&x.gravity, &x.torque_gain, &x.torque_bias, &x.position_gain, &x.position_offset, &x.inertia,
+                       &x.placement, &x.displacement}) {
+      options.linear_solver_ordering->AddElementToGroup(block->data(), 1);
+    }
+  }
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = iterations;
@@ -204,7 +268,7 @@ int IterationsNeeded(const Data& data, Unknowns& x, ceres::Problem& problem) {
   ceres::Solver::Summary summary;
   do {
     Assign(data.start, x);
-    ceres::Solve(Options(++iterations), &problem, &summary);
+    ceres::Solve(Options(++iterations, x), &problem, &summary);
   } while (LargestCosine(problem) > kCosine && iterations < kMaxIterations);
   return iterations;
 }
@@ -252,25 +316,27 @@ Data Read(const std::string& folder) {
           offset.front(),
           offset.back(),
           {get("gravity"), get("torque_gain"), get("torque_bias"), get("position_gain"),
-           Numbers(offset.begin() + 1, offset.end() - 1), get("inertia"), get("placement"), get("displacement")},
+           Numbers(offset.begin() + 1, offset.end() - 1), get("inertia"), get("placement"), get("displacement"), {}},
           ReadPoses(poses)};
 }
 
 }  // namespace
 
 int main(int argc, char** argv) try {
-  if (argc != 2) throw std::runtime_error("usage: seven_joints FOLDER");
-  const Data data = Read(argv[1]);
+  if (argc != 2 && argc != 3) throw std::runtime_error("usage: seven_joints FOLDER [POSITION_ERROR_RAD]");
+  Data data = Read(argv[1]);
+  const double position_error = argc == 3 ? std::stod(argv[2]) : 0;
+  if (position_error > 0) data.start.position_error.resize(data.poses.size());
   Unknowns x = data.start;
   ceres::Problem problem;
-  AddPoses(data, x, problem);
+  AddPoses(data, position_error, x, problem);
   const int iterations = IterationsNeeded(data, x, problem);
   Numbers seconds;
   ceres::Solver::Summary summary;
   for (int run = 0; run < kRuns; ++run) {
     Assign(data.start, x);
     const std::clock_t begin = std::clock();
-    ceres::Solve(Options(iterations), &problem, &summary);
+    ceres::Solve(Options(iterations, x), &problem, &summary);
     seconds.push_back(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
   }
   std::sort(seconds.begin(), seconds.end());
