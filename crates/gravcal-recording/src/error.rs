@@ -480,8 +480,9 @@ pub(crate) fn missing_folder(path: &Path) -> Option<PathBuf> {
 /// What to do where windows hold too few rows.
 fn faster_or_longer(rate: f64, least: f64) -> String {
     format!(
-        "record at {:.0} Hz or more, or take longer windows for slower motions: readings.motion = {{ window_s = {least:.2} }}",
-        rate.ceil()
+        "record at {:.0} Hz or more, or take longer windows for slower motions: readings.motion = {{ window_s = {:.2} }}",
+        rate.ceil(),
+        (1e2 * least).ceil() / 1e2
     )
 }
 

@@ -151,6 +151,8 @@ const OVERLAP: f64 = 6.4;
 const CUT_OFF: f64 = 1.6;
 /// Fewer samples in a window than this tell no mean.
 const FEWEST: f64 = 8.0;
+/// By so much of itself the interval of rows may be longer than a clock would have it.
+const ROUNDED: f64 = 1e-3;
 
 /// Windows of a recording; see [`static_poses`](crate::static_poses) for `path` and `mapping`.
 ///
@@ -188,7 +190,8 @@ pub fn motion_windows(
     let Some(interval) = recorded.interval() else {
         return Err(reader.nothing_recorded());
     };
-    if interval * FEWEST > rule.length {
+    // Clocks are rounded.
+    if interval * FEWEST > rule.length * (1.0 + ROUNDED) {
         return Err(ReadError::TooSlowForWindows {
             path: path(),
             clock: Box::new(reader.clock()),

@@ -47,10 +47,20 @@ pub struct RobotModel<'a> {
     pub chain: &'a Chain,
 }
 
+/// Why intervals may not hold, which whoever takes the numbers should know.
+pub(super) fn doubts(estimate: &EarlierEstimate) -> Vec<String> {
+    estimate
+        .doubts
+        .iter()
+        .map(|doubt| format!("the numbers may be off by more than their intervals say: {doubt}"))
+        .collect()
+}
+
 /// Lines for a file's head: where it comes from, the convention, remarks.
 pub(super) fn head(export: &Export<'_>, convention: &[impl AsRef<str>], remarks: &[String]) -> Vec<String> {
     let source = format!("gravcal {}: {}", env!("CARGO_PKG_VERSION"), export.source);
     let convention = convention.iter().map(|line| line.as_ref().to_owned());
-    let remarks = remarks.iter().map(|remark| format!("Note: {remark}."));
+    let doubts = doubts(export.estimate);
+    let remarks = doubts.iter().chain(remarks).map(|remark| format!("Note: {remark}."));
     std::iter::once(source).chain(convention).chain(remarks).map(|line| one_line(&line)).collect()
 }

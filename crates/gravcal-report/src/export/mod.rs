@@ -37,8 +37,8 @@ mod rows;
 mod tests;
 mod urdf;
 
-use contents::head;
 pub use contents::{Export, Exported, RobotDescription, RobotModel};
+use contents::{doubts, head};
 use corrections::Corrections;
 pub use error::ExportError;
 pub use format::{ExportFormat, UnknownFormat};
@@ -50,7 +50,7 @@ impl Export<'_> {
     /// See [`ExportError`]; `markdown` and `latex` have none.
     pub fn to(&self, format: ExportFormat) -> Result<Exported, ExportError> {
         let corrections = || Corrections::new(self.estimate, self.nominal, format);
-        match format {
+        let exported = match format {
             ExportFormat::Csv => csv::export(self),
             ExportFormat::Markdown => Ok(markdown::export(self)),
             ExportFormat::Latex => Ok(latex::export(self)),
@@ -60,7 +60,8 @@ impl Export<'_> {
             ExportFormat::Urdf => urdf::export(self, &corrections()?),
             ExportFormat::Mujoco => self.mujoco(&corrections()?),
             ExportFormat::Payload => self.payload(),
-        }
+        };
+        exported.map(|Exported { text, remarks }| Exported { text, remarks: [doubts(self.estimate), remarks].concat() })
     }
 }
 

@@ -62,6 +62,20 @@ const AFFINE: [ExportFormat; 3] = [ExportFormat::Ros2, ExportFormat::C, ExportFo
 const TABLES: [ExportFormat; 3] = [ExportFormat::Csv, ExportFormat::Markdown, ExportFormat::Latex];
 
 #[test]
+fn doubts_are_told_by_every_format_that_has_comments_and_beside_all() {
+    let doubted = EarlierEstimate { doubts: vec!["its residuals drift".into()], ..estimate() };
+    for format in
+        [ExportFormat::Ros2, ExportFormat::C, ExportFormat::Python, ExportFormat::Markdown, ExportFormat::Latex]
+    {
+        let (plain, told) = (export(&estimate(), true).to(format).unwrap(), export(&doubted, true).to(format).unwrap());
+        assert!(!plain.text.contains("its residuals drift") && told.text.contains("its residuals drift"), "{format:?}");
+        assert_eq!(told.remarks.len(), plain.remarks.len() + 1);
+    }
+    let csv = export(&doubted, false).to(ExportFormat::Csv).unwrap();
+    assert!(csv.remarks.len() == 1 && !csv.text.contains("its residuals drift"));
+}
+
+#[test]
 fn names_read_back() {
     for format in ExportFormat::ALL {
         assert_eq!(format.as_str().parse(), Ok(format));

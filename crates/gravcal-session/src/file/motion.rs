@@ -34,7 +34,7 @@ pub(super) struct MotionWindowsTable {
     /// Default: 0.
     /// Example: `torque_lag_s = 0.012`
     torque_lag_s: Option<f64>,
-    /// Cut-off (−3 dB) of a low-pass filter that the recorder passed torques through and not positions. The model is filtered alike.
+    /// Cut-off (−3 dB) of a low-pass filter that the recorder passed torques through and not positions. The model is filtered alike. It delays nothing there: what a causal filter delays (one of first order by 1/(2π f)) say in `torque_lag_s`.
     ///
     /// Unit: Hz.
     /// Default: none.

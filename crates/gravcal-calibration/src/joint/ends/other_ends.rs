@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | 1 | position sensors as declared | how gravity points is told no better than the angles are |
 //! | 2 | gravity as declared | only where the readings are explained: else there is another cause, which is looked for from there |
-//! | 3 | a standing joint on the other side of a quarter turn | it mirrors the end that the others leave, each such joint by itself |
+//! | 3 | a standing joint on the other side of a quarter turn, and the same with a joint beyond it turned back | it mirrors the end that the others leave, each such joint by itself |
 
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;

@@ -325,6 +325,14 @@ impl<'a> Columns<'a> {
         bends.then(|| self.coordinate(joint, |pose| angle * self.torques[pose][joint] / largest))
     }
 
+    /// A position sensor that is a radian off to either side once over a turn; nothing of a joint that slides.
+    pub fn uneven(&self, joint: usize) -> Vec<Vec<f64>> {
+        match self.slopes[joint].is_empty() {
+            true => Vec::new(),
+            false => self.of(joint, &Term::PositionHarmonic(1)),
+        }
+    }
+
     /// What moves the estimate where a term of these coefficients is missing, one entry a row of the problem, in standard deviations.
     pub fn missing(&self, channel: usize, term: &Term, coefficients: &[f64]) -> Vec<f64> {
         weighted_sum(&self.lacked(channel, term), coefficients, self.rows)

@@ -577,21 +577,27 @@ fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
     }
     let told = |session: &Session| {
         let told = estimate(session).notes.into_iter().find(|note| note.starts_with("Some things are taken as exact"));
-        ["each joint were 1 mm", "each load were 1 mm", "each joint bent by 0.05°", "axis were tilted by 0.05°"]
-            .map(|wrong| told.as_ref().is_some_and(|told| told.contains(wrong)))
+        [
+            "each joint were 1 mm",
+            "each load were 1 mm",
+            "each joint bent by 0.05°",
+            "axis were tilted by 0.05°",
+            "each position sensor were 0.05° off",
+        ]
+        .map(|wrong| told.as_ref().is_some_and(|told| told.contains(wrong)))
     };
-    assert_eq!(told(&session), [true; 4]);
+    assert_eq!(told(&session), [true; 5]);
     session.length_std = Some(1e-3);
     session.loads.iter_mut().for_each(|load| load.position_std = Some(1e-3));
     assert_eq!(told(&session)[..2], [false; 2]);
     session.length_std = None;
     session.loads.iter_mut().for_each(|load| load.position_std = None);
     let stiff = Deflection { stiff: true, ..Deflection::default() };
-    assert_eq!(told(&Session { deflection: stiff, ..session.clone() }), [true, true, false, true], "stated");
+    assert_eq!(told(&Session { deflection: stiff, ..session.clone() }), [true, true, false, true, true], "stated");
     for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()) {
         reading.std = reading.std.map(|std| 500.0 * std);
     }
-    assert_eq!(told(&session), [false; 4], "what is known so badly hangs on nothing");
+    assert_eq!(told(&session), [false; 5], "what is known so badly hangs on nothing");
 }
 
 /// What an arm of other lengths reads is named, and intervals hold; so they do where the session says how well lengths are known, and then they are
