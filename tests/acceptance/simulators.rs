@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use gravcal_dynamics::{BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
-use gravcal_recording::{EarlierEstimate, read_earlier};
+use gravcal_recording::{EarlierEstimate, Row, open, read_earlier};
 use serde_json::{Value, json};
 
 use crate::experiments::say;
@@ -88,6 +88,42 @@ fn calibrated() -> (tempfile::TempDir, EarlierEstimate) {
     assert!(run.stdout.contains("Consistent inertias"), "{run:?}");
     let estimate = read_earlier(&folder.path().join("results/calibration.json"), "joint").unwrap();
     (folder, estimate)
+}
+
+/// Friction has the sign of the motion, which no column of the recording tells.
+#[test]
+fn the_recording_of_an_arm_in_motion_is_calibrated_without_columns_of_velocities() {
+    let (folder, estimate) = calibrated();
+    let run = gravcal_in(folder.path(), ["apply", "results/calibration.json", "bare.csv", "out.csv", "--nominal"]);
+    assert!(run.code == 0 && run.stdout.contains("velocities are slopes of the positions over 0.08 s"), "{run:?}");
+    let read = |file: &str| {
+        let mut rows = open(&folder.path().join(file)).unwrap();
+        let (mut row, mut all) = (Row::default(), Vec::new());
+        while rows.read(&mut row).unwrap() {
+            all.push(row.cells.clone());
+        }
+        let place = |name: &str| rows.columns().iter().position(|column| column == name).unwrap();
+        let [time, position, torque] = ["time_s", "j2.position", "j2.effort"].map(place);
+        all.iter().map(|row| [row[time], row[position], row[torque]]).collect::<Vec<_>>()
+    };
+    let (readings, torques) = (read("bare.csv"), read("out.csv"));
+    let value = |name: &str| {
+        let own = estimate.parameters.iter().find(|parameter| parameter.name == format!("j2.{name}"));
+        own.and_then(|own| own.value).unwrap()
+    };
+    let [gain, bias, friction] = ["torque_gain", "torque_bias", "coulomb_friction"].map(value);
+    let mut moving = 0;
+    for row in 4..readings.len() - 4 {
+        let [before, after] = [row - 4, row + 4].map(|row| readings[row]);
+        let speed = (after[1] - before[1]) / (after[0] - before[0]);
+        // Between two motions nothing is recorded.
+        if speed.abs() > 0.05 && after[0] - before[0] < 0.05 {
+            let left = readings[row][2] - bias - gain * torques[row][2];
+            assert!((left - friction * speed.signum()).abs() < 1e-9, "{row}: {left}");
+            moving += 1;
+        }
+    }
+    assert!(2 * moving > readings.len(), "{moving}");
 }
 
 fn export(folder: &Path, format: &str, file: &str) -> String {

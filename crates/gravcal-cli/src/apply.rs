@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use gravcal_calibration::application::{Application, ApplicationError, Effort};
 use gravcal_recording::{
-    CsvWriting, Digest, EarlierEstimate, RewriteError, Rewriting, WriteError, open_as, read_earlier,
+    CsvWriting, Digest, EarlierEstimate, RewriteError, Rewriting, Rows, WriteError, open_as, read_earlier,
     read_earlier_session, rewrite,
 };
 use gravcal_robot_model::{EstimatorName, Registry, Session};
@@ -105,9 +105,9 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
         return Err(Failure::said(format!("{subject}: it is calibrated already, by {by}")).hint(hint));
     }
     let attached = attached(arguments, &session, &said)?;
-    let mut application = application(arguments, &session, &calibration, attached.as_ref())?;
-    application.find(recording.columns()).map_err(|error| bad(&error).about(arguments.input.display()))?;
-    drop(recording);
+    let columns = recording.columns().to_vec();
+    let mut application = application(arguments, &session, &calibration, attached.as_ref(), recording)?;
+    application.find(&columns).map_err(|error| bad(&error).about(arguments.input.display()))?;
 
     let remarks = write(arguments, &mut application, &csv, &notes(arguments, estimator, attached.as_ref())?)?;
     let assumed = attached.and_then(|attached| attached.remark());
@@ -169,12 +169,13 @@ fn application<'a>(
     session: &'a Session,
     calibration: &EarlierEstimate,
     attached: Option<&Attached>,
+    recording: Box<dyn Rows>,
 ) -> Result<Application<'a>, Failure> {
     let effort = match attached {
         None => Effort::Torque,
         Some(attached) => Effort::Residual { load: attached.load.clone() },
     };
-    Application::new(session, calibration, &effort, arguments.nominal).map_err(|error| {
+    Application::new(session, calibration, &effort, arguments.nominal, Some(recording)).map_err(|error| {
         let failure = Failure::bad_input(&error).about(arguments.calibration.display());
         match error {
             ApplicationError::Undetermined { .. }

@@ -28,7 +28,7 @@ impl Applied<'_> {
         (position, torque): (ArrayView2<'_, f64>, ArrayView2<'_, f64>),
     ) -> Result<(Array2<f64>, Array2<f64>), Failure> {
         let calibration = read_earlier(self.calibration, self.estimator).map_err(|error| Failure::bad_input(&error))?;
-        let application = Application::new(session, &calibration, &self.effort, self.nominal);
+        let application = Application::new(session, &calibration, &self.effort, self.nominal, None);
         let mut application = application.map_err(|error| Failure::bad_input(&error))?;
         let joints = session.joints.len();
         let mapping = &session.readings;

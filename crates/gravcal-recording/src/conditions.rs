@@ -72,6 +72,17 @@ pub struct Slope {
     pub window: f64,
 }
 
+/// What the column of times is called where nothing is said.
+const TIME: &str = "time_s";
+
+impl ConditionColumns {
+    /// The clock of a recording: the column that is said to be one, else `time_s`, in s.
+    pub fn clock(&self) -> ConditionColumn {
+        let known = || ConditionColumn { column: TIME.to_owned(), unit: ConditionUnit::TIME[0] };
+        self.time.clone().unwrap_or_else(known)
+    }
+}
+
 impl MotionSource {
     /// Whether anything tells the derivative.
     pub fn is_known(&self) -> bool {

@@ -70,6 +70,7 @@ mod presliding;
 mod rows;
 mod selection;
 mod slope;
+mod slopes_ahead;
 mod static_pose;
 mod still;
 mod suggest;
@@ -109,6 +110,7 @@ pub use rows::{
     create, inspect, inspect_as, named_joint, open, open_as, open_parquet, rewrite, shielded_parquet,
 };
 pub use selection::{MotionLimits, Selection};
+pub use slopes_ahead::SlopesAhead;
 pub use static_pose::{Reading, StaticPose};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;

@@ -62,7 +62,7 @@ fn derivative(
 }
 
 /// Slope of the least-squares line; the times are not all equal.
-fn slope_of_line(times: &[f64], values: &[f64]) -> f64 {
+pub(crate) fn slope_of_line(times: &[f64], values: &[f64]) -> f64 {
     let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len() as f64;
     let (t_mean, x_mean) = (mean(times), mean(values));
     let sum = |term: &dyn Fn(f64, f64) -> f64| -> f64 { times.iter().zip(values).map(|(t, x)| term(*t, *x)).sum() };

@@ -10,6 +10,7 @@ pub(super) struct Columns {
     /// By joint.
     pub positions: Vec<Option<usize>>,
     pub torques: Vec<Option<usize>>,
+    pub time: Option<usize>,
     /// Those that the session names; else `<joint>.velocity` beside `<joint>.position`.
     pub velocities: Vec<Option<usize>>,
     pub temperature: Vec<Option<usize>>,
@@ -33,6 +34,7 @@ impl Columns {
             positions: mapping.positions.iter().map(|mapped| place(&mapped.column)).collect(),
             torques: mapping.torques.iter().map(|mapped| place(&mapped.as_ref()?.0.column)).collect(),
             velocities: (0..joints).map(velocity).collect(),
+            time: place(&mapping.conditions.clock().column),
             temperature: mapping.conditions.temperature.iter().map(|mapped| place(&mapped.column)).collect(),
             direction: mapping.conditions.direction.iter().map(|column| place(column)).collect(),
             further: mapping.conditions.further.iter().map(|mapped| place(&mapped.column)).collect(),

@@ -45,10 +45,10 @@ pub enum ApplicationError {
         /// The sensor's model.
         model: String,
     },
-    /// A sensor's model needs velocities that no column says.
+    /// A sensor's model needs velocities that nothing says.
     #[error(
-        "{model} of joint {joint} depends on velocities, and readings.velocity of the session names no columns of them: say velocity = {{ \
-         columns = […], unit = \"rad/s\" }} in [readings], and give that session by --session"
+        "{model} of joint {joint} depends on velocities, and readings.velocity of the session says nothing of them: say velocity = {{ \
+         slope_over_s = 0.1 }} in [readings], beside time, or {{ columns = […], unit = \"rad/s\" }}, and give that session by --session"
     )]
     NoVelocities {
         /// The joint.

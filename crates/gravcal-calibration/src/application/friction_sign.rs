@@ -29,11 +29,13 @@ struct Counted {
 }
 
 impl FrictionSign {
-    pub fn new(session: &Session) -> FrictionSign {
+    /// `by_slope`: whether velocities are slopes of positions.
+    pub fn new(session: &Session, by_slope: bool) -> FrictionSign {
         let (with_friction, followed) = (session.terms.with_friction(), session.terms.with_presliding());
         let has_friction = |joint: usize| with_friction.contains(&joint) && !followed.contains(&joint);
         let conditions = &session.readings.conditions;
-        let by_velocity = conditions.direction.is_empty() && matches!(conditions.velocity, MotionSource::Columns(_));
+        let is_told = by_slope || matches!(conditions.velocity, MotionSource::Columns(_));
+        let by_velocity = conditions.direction.is_empty() && is_told;
         let count = if by_velocity { session.joints.len() } else { 0 };
         FrictionSign {
             least_speed: (0..count).map(|joint| session.readings.selection.least_speed(joint).unwrap_or(0.0)).collect(),

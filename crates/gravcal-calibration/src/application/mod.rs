@@ -10,6 +10,8 @@
 //! Rows may say only some of the readings at a time, as where joints are spread over topics: what a row does not say is taken as it was
 //! said last. A reading at an end of its sensor's range has no torque, and becomes an empty cell.
 //!
+//! Velocities are those of columns, or slopes of positions: over the time that the session says, or a quarter of a window of a session in motion.
+//!
 //! Where Coulomb friction has its sign from a velocity, a joint no faster than the session's `speed_above` has none: what it reads at
 //! rest is the sign of noise.
 
@@ -21,7 +23,10 @@ mod gravity;
 mod tests;
 mod values;
 
-use gravcal_recording::{Conditions, DahlFriction, EarlierEstimate, MotionSource, is_saturated};
+use gravcal_recording::{
+    ConditionColumn, Conditions, DahlFriction, EarlierEstimate, MotionSource, Rows, Slope, SlopesAhead, is_saturated,
+};
+use gravcal_robot_model::number::shortest;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::sensors::{Moment, Need};
 use gravcal_robot_model::session::Session;
@@ -37,6 +42,9 @@ use crate::joint::State;
 
 /// Step of numerical differentiation of a position sensor's terms, rad or m: their periods are far longer.
 const STEP: f64 = 1e-5;
+
+/// Windows are so many times longer than the time over which velocities are slopes: these should follow what the model follows in a window.
+const SLOPES_IN_WINDOW: f64 = 4.0;
 
 /// What efforts become.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +70,9 @@ pub struct Application<'a> {
     positions: Vec<f64>,
     torques: Vec<f64>,
     conditions: Conditions,
+    /// Where velocities are slopes.
+    slopes: Option<SlopesAhead<'a>>,
+    clock: ConditionColumn,
     friction_sign: FrictionSign,
     /// Of each joint whose friction builds up before it slides.
     built_up: Vec<Option<DahlFriction>>,
@@ -72,7 +83,8 @@ pub struct Application<'a> {
 }
 
 impl<'a> Application<'a> {
-    /// Applies `calibration`, which is of `session`. Where it has no value, nominal ones are taken if `nominal`.
+    /// Applies `calibration`, which is of `session`. Where it has no value, nominal ones are taken if `nominal`. `ahead`: the rows of the recording to
+    /// which it is applied, unread, where velocities may be slopes (see the module); without them only columns tell velocities.
     ///
     /// # Errors
     /// See [`ApplicationError`].
@@ -81,12 +93,15 @@ impl<'a> Application<'a> {
         calibration: &EarlierEstimate,
         effort: &Effort,
         nominal: bool,
+        ahead: Option<Box<dyn Rows>>,
     ) -> Result<Application<'a>, ApplicationError> {
         if session.joints.is_empty() {
             return Err(ApplicationError::NoJoints);
         }
         check_stiffness(session)?;
-        check_conditions(session)?;
+        let slope = velocity_slope(session);
+        let slopes = slope.zip(ahead).map(|(slope, rows)| SlopesAhead::new(rows, &session.readings, slope));
+        check_conditions(session, slopes.is_some())?;
         check_models(session, calibration)?;
         let values = values(session, calibration, nominal)?;
         let gravity = match effort {
@@ -94,7 +109,7 @@ impl<'a> Application<'a> {
             Effort::Residual { load } => Some(GravityModel::new(session, calibration, load.as_deref(), nominal)?),
         };
         let joints = session.joints.len();
-        let friction_sign = FrictionSign::new(session);
+        let friction_sign = FrictionSign::new(session, slopes.is_some());
         let followed = session.terms.with_presliding();
         let scale = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::PositionGain));
         let built_up = |joint: usize| followed.contains(&joint).then(|| DahlFriction::new(scale(joint)));
@@ -114,6 +129,8 @@ impl<'a> Application<'a> {
                 presliding: Vec::new(),
                 further: vec![f64::NAN; session.readings.conditions.further.len()],
             },
+            slopes,
+            clock: session.readings.conditions.clock(),
             friction_sign,
             built_up: (0..joints).map(built_up).collect(),
             saturated: vec![0; joints],
@@ -127,7 +144,9 @@ impl<'a> Application<'a> {
     /// One is missing.
     pub fn find(&mut self, columns: &[String]) -> Result<(), ApplicationError> {
         self.columns = Columns::find(&self.session.readings, columns);
-        match self.columns.missing(&self.session.readings) {
+        let needs_time = self.slopes.is_some() && self.columns.time.is_none();
+        let missing = self.columns.missing(&self.session.readings);
+        match missing.or(needs_time.then_some(self.clock.column.as_str())) {
             None => Ok(()),
             Some(column) => {
                 let known: Vec<String> = columns.iter().map(|column| format!("`{column}`")).collect();
@@ -162,7 +181,10 @@ impl<'a> Application<'a> {
                 self.without_torque
             )
         });
-        saturated.chain(without).chain(self.friction_sign.remarks(self.session)).collect()
+        let slope = self.slopes.as_ref().and_then(|_| velocity_slope(self.session));
+        let slope =
+            slope.map(|slope| format!("velocities are slopes of the positions over {} s", shortest(slope.window)));
+        saturated.chain(without).chain(slope).chain(self.friction_sign.remarks(self.session)).collect()
     }
 
     /// Takes what a row says of the readings and conditions.
@@ -191,6 +213,10 @@ impl<'a> Application<'a> {
             for ((last, column), mapped) in conditions.velocity.iter_mut().zip(&self.columns.velocities).zip(mapped) {
                 hear(last, *column, &|cell| mapped.unit.to_inside(cell));
             }
+        }
+        let time = self.columns.time.map_or(f64::NAN, |column| self.clock.unit.to_inside(cells[column]));
+        if let Some(slopes) = self.slopes.as_mut().filter(|_| !time.is_nan()) {
+            conditions.velocity = slopes.at(time);
         }
         let (directions, further) = (conditions.direction.iter_mut(), conditions.further.iter_mut());
         let columns = self.columns.direction.iter().chain(&self.columns.further);
@@ -285,10 +311,24 @@ fn check_stiffness(session: &Session) -> Result<(), ApplicationError> {
     if names.is_empty() { Ok(()) } else { Err(ApplicationError::Compliance { names }) }
 }
 
+/// Over what time velocities are slopes of a recording's positions, where sensors' models need them and no columns tell them: as the session says, or in
+/// proportion to its windows in motion.
+fn velocity_slope(session: &Session) -> Option<Slope> {
+    let conditions = &session.readings.conditions;
+    let needed = session.terms.models().any(|model| model.needs(Need::Velocity) || model.needs(Need::Direction));
+    let windows = || session.searched.iter().find_map(|searched| searched.windows.as_ref());
+    let slope = match &conditions.velocity {
+        MotionSource::Columns(_) => None,
+        MotionSource::Slope(slope) => Some(*slope),
+        MotionSource::Unknown => windows().map(|windows| Slope { window: windows.length / SLOPES_IN_WINDOW }),
+    };
+    slope.filter(|_| needed)
+}
+
 /// Whether a recording says all that the sensors' models need.
-fn check_conditions(session: &Session) -> Result<(), ApplicationError> {
-    // A slope is one over whole tables; what windows and standstills tell of motion is not in a row.
-    let said = matches!(session.readings.conditions.velocity, MotionSource::Columns(_));
+fn check_conditions(session: &Session, by_slope: bool) -> Result<(), ApplicationError> {
+    let columns = matches!(session.readings.conditions.velocity, MotionSource::Columns(_));
+    let said = columns || by_slope;
     let directed = !session.readings.conditions.direction.is_empty();
     for model in session.terms.models() {
         let joint = session.robot.chain.joints()[model.joint].name.clone();

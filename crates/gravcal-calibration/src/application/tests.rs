@@ -127,7 +127,7 @@ fn readings_become_what_they_truly_say() {
     for simulation in [sarcos_shoulder(), bent()] {
         let (session, calibration) = truth(&simulation);
         let (before, torque, coordinates) = row(&session, &simulation, None);
-        let mut application = Application::new(&session, &calibration, &Effort::Torque, false).unwrap();
+        let mut application = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap();
         application.find(&columns()).unwrap();
         let mut cells = before.clone();
         application.apply(&columns(), &mut cells);
@@ -154,7 +154,7 @@ fn gains_of_other_units_are_refused() {
         let mut other = calibration.clone();
         let parameter = other.parameters.iter_mut().find(|parameter| parameter.name == name).unwrap();
         parameter.unit = "N·m/(N·m)".to_owned();
-        let refused = Application::new(&session, &other, &Effort::Torque, true).unwrap_err();
+        let refused = Application::new(&session, &other, &Effort::Torque, true, None).unwrap_err();
         assert!(matches!(&refused, ApplicationError::Unit { name: reported, .. } if reported == name), "{refused}");
         assert_eq!(check_units(&session, &other), Err(refused));
     }
@@ -169,7 +169,7 @@ fn a_resting_joint_has_no_sign_of_coulomb_friction() {
     let (moving, torque, _) = row(&session, &simulation, None);
     let step = friction / simulation.truth.sensors[1][0];
     let reported = |session: &Session, effort: &Effort| {
-        let mut application = Application::new(session, &calibration, effort, false).unwrap();
+        let mut application = Application::new(session, &calibration, effort, false, None).unwrap();
         let torques = [moving[8], -0.01, 0.0, 0.01].map(|velocity| {
             let mut cells = moving.clone();
             cells[8] = velocity;
@@ -206,7 +206,7 @@ fn without_gravity_nothing_is_left_of_a_standing_arm() {
         for (load, name) in [(None, None), (Some(0), Some("plate-a")), (Some(1), Some("plate-b"))] {
             let (mut cells, ..) = row(&session, &simulation, load);
             let effort = Effort::Residual { load: name.map(str::to_owned) };
-            let mut application = Application::new(&session, &calibration, &effort, false).unwrap();
+            let mut application = Application::new(&session, &calibration, &effort, false, None).unwrap();
             application.apply(&columns(), &mut cells);
             near(&cells[4..7], &[0.0; 3]);
         }
@@ -219,7 +219,7 @@ fn what_a_row_does_not_say_is_as_it_was_said_last() {
     let (session, calibration) = truth(&simulation);
     let (whole, ..) = row(&session, &simulation, None);
     let effort = Effort::Residual { load: None };
-    let mut application = Application::new(&session, &calibration, &effort, false).unwrap();
+    let mut application = Application::new(&session, &calibration, &effort, false, None).unwrap();
     let mut arm = whole.clone();
     arm[3] = f64::NAN;
     application.apply(&columns(), &mut arm);
@@ -241,7 +241,7 @@ fn a_saturated_reading_has_no_torque() {
     let (session, calibration) = truth(&simulation);
     let (mut cells, torque, _) = row(&session, &simulation, None);
     cells[5] = 4095.0;
-    let mut application = Application::new(&session, &calibration, &Effort::Torque, false).unwrap();
+    let mut application = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap();
     application.apply(&columns(), &mut cells);
     assert!(cells[5].is_nan() && (cells[4] - torque[0]).abs() < 1e-9);
     assert!(application.remarks()[0].starts_with("joint joint2: 1 torque readings are at an end"));
@@ -259,9 +259,9 @@ fn what_is_not_determined_is_refused_by_name_or_nominal() {
     }
     let offset = calibration.parameters.iter_mut().find(|found| found.name == "joint3.position_offset").unwrap();
     (offset.held, offset.nominal) = (Some("a choice of frame".into()), 0.7);
-    let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
+    let error = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap_err();
     assert_eq!(error.to_string(), "the calibration does not determine joint1.torque_gain");
-    let taken = Application::new(&session, &calibration, &Effort::Torque, true).unwrap();
+    let taken = Application::new(&session, &calibration, &Effort::Torque, true, None).unwrap();
     assert_eq!(
         (taken.values.sensors[0][0], taken.values.sensors[2][3]),
         (session.joints[0].parameters[0].nominal, 0.7)
@@ -276,7 +276,7 @@ fn moments_that_no_torque_shows_may_be_undetermined_and_others_not() {
     let without = |names: &[&str]| {
         let mut calibration = calibration.clone();
         calibration.quantities.retain(|known| !names.contains(&known.terms[0].0.as_str()));
-        Application::new(&session, &calibration, &effort, false).map(|_| ()).map_err(|error| error.to_string())
+        Application::new(&session, &calibration, &effort, false, None).map(|_| ()).map_err(|error| error.to_string())
     };
     // A first link's mass hangs on its own axis.
     assert_eq!(without(&["link1.mass"]), Ok(()));
@@ -285,12 +285,12 @@ fn moments_that_no_torque_shows_may_be_undetermined_and_others_not() {
     assert_eq!(without(&["link3.first_moment.x"]), Err(expected.to_owned()));
     let mut blind = calibration.clone();
     blind.gravity = None;
-    assert_eq!(Application::new(&session, &blind, &effort, false).unwrap_err(), ApplicationError::NoGravity);
+    assert_eq!(Application::new(&session, &blind, &effort, false, None).unwrap_err(), ApplicationError::NoGravity);
     let wrong = Effort::Residual { load: Some("plate-c".into()) };
-    let error = Application::new(&session, &calibration, &wrong, false).unwrap_err().to_string();
+    let error = Application::new(&session, &calibration, &wrong, false, None).unwrap_err().to_string();
     assert_eq!(error, "the session has no load `plate-c`; it has plate-a, plate-b");
     let swept = Session { inertia: gravcal_robot_model::session::InertiaPrior::Sweep, ..session.clone() };
-    assert_eq!(Application::new(&swept, &calibration, &effort, false).unwrap_err(), ApplicationError::BySweep);
+    assert_eq!(Application::new(&swept, &calibration, &effort, false, None).unwrap_err(), ApplicationError::BySweep);
 }
 
 #[test]
@@ -298,33 +298,34 @@ fn what_a_recording_cannot_say_is_refused() {
     let (simulation, options) = (shoulder(), Options::default());
     let drift = with_model(simulation.clone(), 1, "torque-bias-in-time", &options, &[0.1]);
     let (session, calibration) = truth(&drift);
-    let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
+    let error = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap_err();
     assert_eq!(error, ApplicationError::Drift { joint: "joint2".into(), model: "torque-bias-in-time".into() });
 
     let friction = with_model(simulation, 1, "viscous-friction", &options, &[0.1]);
     let (mut session, calibration) = truth(&friction);
-    for unsaid in [MotionSource::Slope(gravcal_recording::Slope { window: 0.1 }), MotionSource::Unknown] {
+    // Without rows to read ahead.
+    for unsaid in [MotionSource::Slope(Slope { window: 0.1 }), MotionSource::Unknown] {
         session.readings.conditions.velocity = unsaid;
-        let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
+        let error = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap_err();
         assert_eq!(error, ApplicationError::NoVelocities { joint: "joint2".into(), model: "viscous-friction".into() });
     }
 
     let (mut session, calibration) = truth(&sarcos_shoulder());
     session.let_joints_give_way(&[0.0, 1e-4, 1e-4]);
-    let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
+    let error = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap_err();
     let names = ["joint2.compliance", "joint3.compliance"].map(str::to_owned).into();
     assert_eq!(error, ApplicationError::Compliance { names });
     session.deflection.compliance = None;
     session.let_joints_give_way(&[0.0; 3]);
-    assert!(Application::new(&session, &calibration, &Effort::Torque, false).is_ok());
+    assert!(Application::new(&session, &calibration, &Effort::Torque, false, None).is_ok());
 
     let (session, mut calibration) = truth(&sarcos_shoulder());
-    let mut application = Application::new(&session, &calibration, &Effort::Torque, false).unwrap();
+    let mut application = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap();
     let error = application.find(&columns()[..5]).unwrap_err().to_string();
     assert!(error.starts_with("the recording has no column `tau2`, which the session's [readings] name"), "{error}");
     drop(application);
     calibration.parameters.remove(0);
-    let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
+    let error = Application::new(&session, &calibration, &Effort::Torque, false, None).unwrap_err();
     assert_eq!(error, ApplicationError::OtherSession { name: "joint1.torque_gain".into() });
 }
 
@@ -333,12 +334,12 @@ fn what_a_recording_cannot_say_is_refused() {
 fn a_model_that_the_session_leaves_out_is_refused() {
     let (plain, _) = truth(&shoulder());
     let (_, mut calibration) = truth(&with_model(shoulder(), 1, "viscous-friction", &Options::default(), &[0.1]));
-    let error = Application::new(&plain, &calibration, &Effort::Torque, false).unwrap_err();
+    let error = Application::new(&plain, &calibration, &Effort::Torque, false, None).unwrap_err();
     assert_eq!(error, ApplicationError::OtherModels { names: vec!["joint2.viscous_friction".into()] });
 
     // What was held at nothing changes nothing; what belongs to no joint is of no joint's readings.
     let parameter = calibration.parameters.iter_mut().find(|found| found.name == "joint2.viscous_friction").unwrap();
     parameter.held = Some("the session fixes it".into());
     calibration.parameters.push(EarlierParameter { name: "wrist.fx.gain".into(), ..calibration.parameters[0].clone() });
-    assert!(Application::new(&plain, &calibration, &Effort::Torque, false).is_ok());
+    assert!(Application::new(&plain, &calibration, &Effort::Torque, false, None).is_ok());
 }

@@ -9,9 +9,6 @@ use crate::mapping::{PoseMapping, ReadingColumn};
 use crate::rows::{Row, Rows};
 use crate::unit::PositionUnit;
 
-/// Column with the time in seconds, where the mapping names none: what recordings of messages call it.
-const TIME: &str = "time_s";
-
 /// Place of a column that has not come yet: beyond every row.
 const NOWHERE: usize = usize::MAX;
 
@@ -96,8 +93,8 @@ impl Channels {
             temperature,
             further,
             velocity_is_slope: matches!(mapping.conditions.velocity, MotionSource::Slope(_)),
-            time: mapping.conditions.time.as_ref().map_or_else(|| channel(TIME, 1.0, 0.0, none), condition),
-            clock: mapping.conditions.time.as_ref().map_or(ConditionUnit::TIME[0], |time| time.unit),
+            time: condition(&mapping.conditions.clock()),
+            clock: mapping.conditions.clock().unit,
             time_place: NOWHERE,
             known: 0,
             list,
