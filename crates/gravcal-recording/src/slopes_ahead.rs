@@ -2,12 +2,14 @@
 //! of a window. So a recording may be longer than memory.
 
 use std::collections::VecDeque;
+use std::f64::consts::TAU;
 use std::fmt;
 
 use crate::conditions::{ConditionColumn, Slope};
 use crate::mapping::PoseMapping;
 use crate::rows::{Row, Rows};
 use crate::slope::slope_of_line;
+use crate::unit::PositionUnit;
 
 /// By so much of itself a window is wider, as clocks are rounded.
 const ROUNDING: f64 = 1e-9;
@@ -21,7 +23,7 @@ pub struct SlopesAhead<'a> {
     row: Row,
     /// Time of the last row, s; infinite at the end.
     read_to: f64,
-    /// By joint, times, s, and readings of its position, rad, m or the sensor's own unit, in the window and ahead of it.
+    /// By joint, times, s, and readings of its position, rad, m or the sensor's own unit, in the window and ahead of it. Angles go on over full turns.
     kept: Vec<VecDeque<(f64, f64)>>,
 }
 
@@ -69,9 +71,15 @@ impl<'a> SlopesAhead<'a> {
         self.read_to = self.read_to.max(time);
         for (kept, position) in self.kept.iter_mut().zip(&self.mapping.positions) {
             let reading = cell(&position.column) * position.unit.to_si();
-            if !reading.is_nan() && kept.back().is_none_or(|(last, _)| *last < time) {
-                kept.push_back((time, reading));
+            if reading.is_nan() || kept.back().is_some_and(|(last, _)| *last >= time) {
+                continue;
             }
+            // A sensor that shows 179° and then −180° has turned by a degree.
+            let turns = match kept.back() {
+                Some((_, last)) if position.unit.si() == PositionUnit::Radian => ((reading - last) / TAU).round(),
+                _ => 0.0,
+            };
+            kept.push_back((time, reading - TAU * turns));
         }
     }
 }
@@ -92,14 +100,14 @@ mod tests {
     use crate::csv_lines::CsvWriting;
     use crate::mapping::PositionColumn;
     use crate::rows::open_as;
-    use crate::unit::PositionUnit;
 
-    /// Times in ms; one joint in degrees that goes 2 rad/s, and one in rad, read in every other row, along a parabola.
+    /// Times in ms; one joint in degrees that goes 2 rad/s and wraps at 20°, and one in rad, read in every other row, along a parabola.
     fn recording(rows: usize) -> tempfile::NamedTempFile {
         let row = |k: usize| {
             let t = 0.01 * k as f64;
             let second = if k.is_multiple_of(2) { format!("{}", t * t) } else { String::new() };
-            format!("{},{},{second}\n", 10 * k, (2.0 * t).to_degrees())
+            let first = (2.0 * t).to_degrees();
+            format!("{},{},{second}\n", 10 * k, if first > 20.0 { first - 360.0 } else { first })
         };
         let text: String = std::iter::once("t,a,b\n".to_owned()).chain((0..rows).map(row)).collect();
         let file = tempfile::Builder::new().suffix(".csv").tempfile().unwrap();

@@ -49,11 +49,7 @@ pub struct RobotModel<'a> {
 
 /// Why intervals may not hold, which whoever takes the numbers should know.
 pub(super) fn doubts(estimate: &EarlierEstimate) -> Vec<String> {
-    estimate
-        .doubts
-        .iter()
-        .map(|doubt| format!("the numbers may be off by more than their intervals say: {doubt}"))
-        .collect()
+    estimate.doubts.iter().map(|doubt| format!("intervals may not hold: {doubt}")).collect()
 }
 
 /// Lines for a file's head: where it comes from, the convention, remarks.

@@ -325,8 +325,8 @@ impl<'a> Columns<'a> {
         bends.then(|| self.coordinate(joint, |pose| angle * self.torques[pose][joint] / largest))
     }
 
-    /// A position sensor that is a radian off to either side once over a turn; nothing of a joint that slides.
-    pub fn uneven(&self, joint: usize) -> Vec<Vec<f64>> {
+    /// An eccentric position sensor, a radian off to either side once over a turn; nothing of a joint that slides.
+    pub fn eccentric(&self, joint: usize) -> Vec<Vec<f64>> {
         match self.slopes[joint].is_empty() {
             true => Vec::new(),
             false => self.of(joint, &Term::PositionHarmonic(1)),

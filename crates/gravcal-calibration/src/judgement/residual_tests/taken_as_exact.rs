@@ -1,6 +1,6 @@
 //! What hangs on that which the session takes as exact.
 //!
-//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints, mountings of instruments, position sensors that run evenly: what is wrong of them passes for gains and offsets, so that residuals need not show it.
+//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints, mountings of instruments, position sensors that are not eccentric: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
 use gravcal_estimation::BlockId;
@@ -21,8 +21,8 @@ const TILTED: f64 = 0.05 * std::f64::consts::PI / 180.0;
 const BENDS: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how much an instrument is turned against its mounting where nobody has measured, rad.
 const TURNED: f64 = 0.2 * std::f64::consts::PI / 180.0;
-/// How far a position sensor is off, to either side once over a turn, that does not sit on its axis, rad.
-const UNEVEN: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// How far an eccentric position sensor is off, to either side once over a turn, rad.
+const ECCENTRIC: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how many of its standard deviations that must move a number to be worth a remark.
 const REMARKABLE: f64 = 2.0;
 
@@ -127,17 +127,17 @@ impl Search<'_> {
     fn position_sensors(&self) -> Exact {
         let modelled = |joint: usize| self.session.terms.of_positions().any(|term| term.joint == joint);
         let joints = (0..self.session.joints.len()).filter(|joint| !modelled(*joint));
-        let off = |column: Vec<f64>| column.into_iter().map(|entry| UNEVEN * entry).collect();
+        let off = |column: Vec<f64>| column.into_iter().map(|entry| ECCENTRIC * entry).collect();
         Exact {
             wrong: format!(
-                "each position sensor were {}° off to either side, once over a turn, as one beside its axis is",
-                significant(UNEVEN.to_degrees(), 1)
+                "each position sensor were eccentric (up to {}° off to either side, once over a turn)",
+                significant(ECCENTRIC.to_degrees(), 1)
             ),
             cure: match self.session.has_windows() {
                 false => "name { kind = \"position-harmonics\", orders = [1] } in sensor_models of the joints",
                 true => "what is read in motion does not tell it: calibrate position-harmonics from static poses",
             },
-            columns: joints.flat_map(|joint| self.columns.uneven(joint)).map(off).collect(),
+            columns: joints.flat_map(|joint| self.columns.eccentric(joint)).map(off).collect(),
         }
     }
 

@@ -582,7 +582,7 @@ fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
             "each load were 1 mm",
             "each joint bent by 0.05°",
             "axis were tilted by 0.05°",
-            "each position sensor were 0.05° off",
+            "each position sensor were eccentric (up to 0.05°",
         ]
         .map(|wrong| told.as_ref().is_some_and(|told| told.contains(wrong)))
     };
