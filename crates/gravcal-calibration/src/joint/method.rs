@@ -13,10 +13,11 @@
 //! | step | where | ends with |
 //! |---|---|---|
 //! | start | `starting/` | values of all unknowns, from a sample of the readings |
-//! | fit with noise | `solving/solve_from.rs` | a minimum, with the noise that no reading states |
+//! | fit with noise | `solving/solve_from.rs` | a minimum, with the noise that no reading states; of many readings that of a part first |
 //! | images | `ends/symmetries/` | the one that is likelier, or as declared |
 //! | other starts | `solving/other_starts.rs`, `ends/other_ends.rs` | the likeliest end, and those that are about as likely |
 //! | end of the judge | `ends/of_judge.rs` | a place that does not hang on the method, where something is open |
+//! | mistakes | `mistakes/` | what the session may have got wrong, where it explains what the solution does not: no value is told then |
 //! | rest, places nearby | `ends/resting.rs`, `ends/nearby.rs` | values that do not hang on where a fit ended; where readings say less |
 //! | profiles | `ends/profiles.rs` | how far values may be off where the problem is not linear |
 //! | uncertainty | `identifiability/uncertainty.rs`, `identifiability/widening.rs` | standard deviations |
@@ -24,22 +25,25 @@
 //! | residual tests | `judgement/residual_tests/` | what the model lacks, and by how much that widens intervals |
 //! | findings, verdict | `reporting/conclusion.rs` | what a reader must know before any number |
 
-use gravcal_estimation::Termination;
+use std::borrow::Cow;
+
+use gravcal_estimation::{Solver, Termination};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::ends::other_ends::or_other_end;
-use crate::joint::ends::symmetries::settled;
+use crate::joint::ends::symmetries::{in_hemisphere, settled};
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::untold_noise::untold_beside_earlier;
 use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::mistakes::hypotheses::contradicting_mistake;
 use crate::joint::order::Order;
-use crate::joint::reporting::answer::Answer;
+use crate::joint::reporting::answer::{Answer, LookedForMistakes};
 use crate::joint::reporting::conclusion::Conclusion;
 use crate::joint::solved::Solved;
 use crate::joint::solving::other_starts::{is_doubtful, likeliest_of_other_starts};
 use crate::joint::solving::solve_from::solve_from;
-use crate::joint::starting::sample::Sample;
+use crate::joint::starting::sample::{Sample, telling_part};
 use crate::joint::starting::start::{best_start, start_around};
 use crate::joint::variables::State;
 use crate::judgement::{ResidualTests, TestsWanted, residual_tests};
@@ -64,13 +68,31 @@ pub fn solve(
         // What fewer readings show need not be so for all.
         _ => best_start(session, &Sample::new(session, &readings.first())?, known, environment)?,
     };
-    let solved = solve_from(session, readings, start, environment)?;
+    let part = telling_part(session, readings);
+    let solved = solve_from(session, &part, start, environment)?;
     let sample = sample.with_noise_of(session, solved.readings())?;
     let solved = settled(session, solved, &sample, environment)?;
+    let solved = match part {
+        Cow::Borrowed(_) => solved,
+        Cow::Owned(_) => of_all(readings, solved, session, environment)?,
+    };
     match is_doubtful(session, &solved)? {
         true => likeliest_of_other_starts(session, readings, &sample, solved, known, environment),
         false => Ok(solved),
     }
+}
+
+/// The solution of all readings, from that of a part of them.
+fn of_all(
+    readings: &MeasurementSet,
+    of_part: Solved,
+    session: &Session,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    let MeasurementSet { noise, unexplained, .. } = of_part.readings().clone();
+    let readings = MeasurementSet { noise, unexplained, ..readings.clone() };
+    let solved = solve_from(session, &readings, of_part.state(&State::nominal(session)), environment)?;
+    in_hemisphere(session, of_part.replaced_by(solved), environment)
 }
 
 /// Beside what is known from an earlier calibration, readings that tell no more numbers than they are have residuals of any size, and no noise that could be
@@ -91,7 +113,7 @@ fn look_elsewhere(
     (readings, known): (&MeasurementSet, Option<&State>),
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    let judge = environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok());
+    let judge = judge_of(&solved, environment);
     let by_judge = judge.as_ref().map(|judge| environment.by(judge.as_ref()));
     let solved = match &by_judge {
         Some(judge) if solved.is_minimum_of_all() && !solved.open(session).is_empty() => {
@@ -103,10 +125,21 @@ fn look_elsewhere(
         }
         _ => solved,
     };
-    let environment = by_judge.as_ref().unwrap_or(environment);
-    let solved = or_other_end(solved, session, environment)?;
+    or_other_end(solved, session, by_judge.as_ref().unwrap_or(environment))
+}
+
+/// How far values may be off where the problem is not linear, by the method that looks elsewhere.
+fn look_nearby(solved: Solved, session: &Session, environment: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
     environment.report("judging what is determined");
+    let judge = judge_of(&solved, environment);
+    let by_judge = judge.as_ref().map(|judge| environment.by(judge.as_ref()));
+    let environment = by_judge.as_ref().unwrap_or(environment);
     solved.with_nearby(session, environment)?.with_profiles(session, environment)
+}
+
+/// The method of minimisation that judges, where it is another and takes such a problem.
+fn judge_of(solved: &Solved, environment: &SolveEnvironment<'_>) -> Option<Box<dyn Solver>> {
+    environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok())
 }
 
 /// The solution, with what is determined of it, and how well. `wanted`: which tests on residuals.
@@ -122,6 +155,12 @@ pub(super) fn answer(
 ) -> Result<Answer, EstimateError> {
     let solved = solve(session, readings, known, environment)?;
     let solved = look_elsewhere(solved, session, (readings, known), environment)?;
+    let doubtful = solved.may_hide_mistake(session)?;
+    let mistake = if doubtful { contradicting_mistake(session, &solved, environment)? } else { None };
+    // Where no value will be told, no interval is asked for.
+    let explains_nothing = doubtful && solved.leaves_all_unexplained(session, &solved.judge(session))?;
+    let solved =
+        if mistake.is_some() || explains_nothing { solved } else { look_nearby(solved, session, environment)? };
     // What was stopped on its way explains the readings badly whatever the model.
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let pose_errors = solved.pose_errors(session)?;
@@ -135,7 +174,7 @@ pub(super) fn answer(
     let moved = [moved, solved.moved_by_friction_of_load(session)].concat();
     let solved = solved.widened_by_missing_terms(&moved);
     let answer = Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))?;
-    Ok(Answer { taken_as_exact, ..answer })
+    Ok(Answer { taken_as_exact, mistakes: LookedForMistakes { doubtful, found: mistake }, ..answer })
 }
 
 /// The answer, and what it is worth.

@@ -17,6 +17,7 @@ use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::method::solve;
 use crate::joint::problem::JointProblem;
 use crate::joint::solved::Solved;
+use crate::joint::starting::sample::telling_part;
 use crate::joint::starting::start::start_around;
 use crate::joint::variables::State;
 use crate::judgement::Asked;
@@ -119,7 +120,7 @@ fn solved_as_declared(
     for (joint, quantity) in parameters {
         declared.joints[*joint].parameters[*quantity as usize].kind = PriorKind::Fixed;
     }
-    Ok(solve(&declared, readings, None, environment)?.state(&State::nominal(session)))
+    Ok(solve(&declared, &telling_part(session, readings), None, environment)?.state(&State::nominal(session)))
 }
 
 #[cfg(test)]

@@ -73,7 +73,7 @@ impl Solved {
     }
 
     /// Whether gravity or a parameter that is determined here lies beyond its errors from where it was.
-    pub(super) fn has_moved_from(&self, session: &Session, before: &State) -> bool {
+    pub(in crate::joint) fn has_moved_from(&self, session: &Session, before: &State) -> bool {
         let judgement = self.judge(session);
         let here = self.state(&State::nominal(session));
         let determined = session.parameters().into_iter().filter(|id| judgement.determines(*id));

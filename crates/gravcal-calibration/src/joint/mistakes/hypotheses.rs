@@ -3,17 +3,18 @@
 //!
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, or whose zero is half a turn away, columns of two joints that are
 //! swapped, of torques, of positions or of both, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
-//! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is lost in the middle
-//! of a table (`lost_load.rs`).
+//! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is taken off or put on in the middle
+//! of a table (`changed_load.rs`).
 //!
 //! A mistake is no image of the solution (`symmetries/`): its session states another problem, and the estimate stays that of the session as it
 //! stands. Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
 //! found anew with it, and allowing for how many were tried.
 
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::Termination;
+use gravcal_estimation::{EvaluateError, Termination};
 use gravcal_identification::{DECISIVE, SolveEnvironment};
 use gravcal_recording::Orientation;
 use gravcal_robot_model::parameter::SensorParameter;
@@ -23,11 +24,12 @@ use nalgebra::Vector3;
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::{MeasurementSet, first_noise};
+use crate::joint::mistakes::changed_load::{ChangedLoad, changed_loads};
 use crate::joint::mistakes::exchanged_axes::ExchangedAxes;
-use crate::joint::mistakes::lost_load::{LostLoad, lost_loads};
-use crate::joint::mistakes::reversed::{reversed_sensors, reversed_wrist, solve_with};
+use crate::joint::mistakes::reversed::{all_reversed, reversed_beside_others, reversed_wrist, solve_with};
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve_from::solve_from;
+use crate::joint::starting::sample::telling_part;
 use crate::joint::starting::start::start_cost;
 use crate::joint::variables::State;
 
@@ -43,6 +45,7 @@ const EDGE: f64 = std::f64::consts::FRAC_PI_3;
 const SOLVED: usize = 3;
 
 /// A mistake, and what to do about it.
+#[derive(Clone, Debug)]
 pub(in crate::joint) struct Mistake {
     /// In a few words.
     pub what: String,
@@ -50,22 +53,43 @@ pub(in crate::joint) struct Mistake {
     pub advice: String,
 }
 
-/// Looks for a mistake behind a solution. `doubtful`: whether its fit says nothing for it.
-pub(in crate::joint) fn find_mistake(
+impl Solved {
+    /// Whether its fit says nothing for the session: noise or errors that were found may excuse a mistake, or the stated noise rules it out.
+    ///
+    /// # Errors
+    /// Where the model has no finite value at the solution.
+    pub(in crate::joint) fn may_hide_mistake(&self, session: &Session) -> Result<bool, EvaluateError> {
+        let found = session.noise_estimated().contains(&true) || !self.estimate.termination.converged();
+        Ok(found || self.has_large_unexplained_errors(session)? || self.misfit(session)?.is_some())
+    }
+}
+
+/// Looks for a mistake that explains what a solution does not: to be asked where its fit says nothing for it.
+pub(in crate::joint) fn contradicting_mistake(
     session: &Session,
     solved: &Solved,
-    doubtful: bool,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
     if solved.estimate.termination == Termination::Stopped || environment.stopped() {
         return Ok(None);
     }
-    if let Some(reversed) = reversed_sensors(session, solved, doubtful, environment)? {
-        return Ok(Some(reversed));
+    match reversed_beside_others(session, solved, environment)? {
+        Some(reversed) => Ok(Some(reversed)),
+        None => mistaken_columns(session, solved, environment),
     }
-    // What explains readings that are not explained comes before what turns the sign of a mass and explains nothing.
-    let mistaken = if doubtful { mistaken_columns(session, solved, environment)? } else { None };
-    Ok(mistaken.or_else(|| reversed_wrist(session, solved)))
+}
+
+/// Looks for a mistake of which residuals say nothing: signs that turn those of all masses.
+pub(in crate::joint) fn hidden_mistake(
+    session: &Session,
+    solved: &Solved,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Option<Mistake>, EstimateError> {
+    if solved.estimate.termination == Termination::Stopped || environment.stopped() {
+        return Ok(None);
+    }
+    let reversed = all_reversed(session, solved, environment)?;
+    Ok(reversed.or_else(|| reversed_wrist(session, solved)))
 }
 
 /// One thing that a session may have got wrong.
@@ -83,8 +107,8 @@ enum Hypothesis {
     HemisphereInverted,
     /// Poses that are said to be bare carry the one load there is, and the other way round.
     LoadExchanged,
-    /// The load is gone from a pose of its table on.
-    LoadLost(LostLoad),
+    /// From a pose of its table on, or before it, the load is another than said.
+    LoadChanged(ChangedLoad),
     /// Of a force-torque sensor.
     AxesExchanged(ExchangedAxes),
 }
@@ -95,15 +119,16 @@ fn mistaken_columns(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
     // Noise found from residuals would excuse the very joints that are swapped.
-    let readings = solved.readings().unexcused(session);
+    let unexcused = solved.readings().unexcused(session);
+    let readings = telling_part(session, &unexcused);
     let start = start_cost(session, &readings)?;
     let mut promising = Vec::new();
     let hypotheses = hypotheses(session);
     for hypothesis in &hypotheses {
         promising.push((start_cost(&hypothesis.made(session), &hypothesis.read(&readings))?, *hypothesis));
     }
-    let (lost, tried_of_lost) = lost_loads(session, &readings)?;
-    promising.extend(lost.into_iter().map(|(cost, lost)| (cost, Hypothesis::LoadLost(lost))));
+    let (changed, tried_of_changed) = changed_loads(session, &readings, start)?;
+    promising.extend(changed.into_iter().map(|(cost, changed)| (cost, Hypothesis::LoadChanged(changed))));
     // Beyond the edge of the declared hemisphere lies gravity that starts on this side of it as well.
     let near_edge = near_edge(session, solved);
     let worth = |cost: f64, hypothesis: Hypothesis| {
@@ -130,8 +155,9 @@ fn mistaken_columns(
         }
     }
     let Some(([after, before], hypothesis, end)) = best else { return Ok(None) };
-    let tried = hypotheses.len() + tried_of_lost;
-    let made = (&hypothesis.made(session), hypothesis.read(solved.readings()), end);
+    let tried = hypotheses.len() + tried_of_changed;
+    let part = telling_part(session, solved.readings());
+    let made = (&hypothesis.made(session), hypothesis.read(&part), end);
     let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
     Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt())))
 }
@@ -143,7 +169,7 @@ fn cost_of(session: &Session, readings: &MeasurementSet, solved: &Solved) -> Res
 }
 
 /// Whether a session with its readings, started there, explains them so much better than the solution that it is no accident of having
-/// tried so many, nor of few readings without stated noise.
+/// tried so many, nor of few readings without stated noise. Of many readings those of a part suffice ([`telling_part`]).
 pub(in crate::joint) fn decisively_likelier(
     (made, readings, start): (&Session, MeasurementSet, State),
     (session, solved): (&Session, &Solved),
@@ -157,7 +183,14 @@ pub(in crate::joint) fn decisively_likelier(
     let noise = first_noise(session, &solved.readings().spreads);
     let readings = MeasurementSet { noise, ..readings }.with_rough_unexplained(session);
     let other = solve_from(made, &readings, start, &environment.roughly())?;
-    let gain = solved.minus_log_likelihood(session)? - other.minus_log_likelihood(made)?;
+    let own = match telling_part(session, solved.readings()) {
+        Cow::Borrowed(_) => solved.minus_log_likelihood(session)?,
+        Cow::Owned(part) => {
+            let here = solved.state(&State::nominal(session));
+            solve_from(session, &part, here, &environment.roughly())?.minus_log_likelihood(session)?
+        }
+    };
+    let gain = own - other.minus_log_likelihood(made)?;
     Ok(gain > DECISIVE + (tried as f64).ln())
 }
 
@@ -229,7 +262,7 @@ impl Hypothesis {
             Hypothesis::LoadExchanged => {
                 made.poses.iter_mut().for_each(|pose| pose.load = if pose.load.is_some() { None } else { Some(0) });
             }
-            Hypothesis::LoadLost(lost) => return lost.made(session),
+            Hypothesis::LoadChanged(changed) => return changed.made(session),
             Hypothesis::AxesExchanged(axes) => return axes.made(session),
             Hypothesis::OrientationsInverted => {
                 for pose in &mut made.poses {
@@ -281,7 +314,7 @@ impl Hypothesis {
                 format!("tables with and without load {} exchanged", session.loads[0].name),
                 "Exchange load = … among the [[poses]].".to_owned(),
             ),
-            Hypothesis::LoadLost(lost) => lost.report(session),
+            Hypothesis::LoadChanged(changed) => changed.report(session),
             Hypothesis::AxesExchanged(axes) => axes.report(session),
             Hypothesis::OrientationsInverted => {
                 let inverse = session.readings.orientation.as_ref().is_some_and(|columns| columns.body_from_base);

@@ -16,7 +16,7 @@
 //!
 //! A declared sign is taken at its word, `"normal"` included.
 
-use gravcal_estimation::{Termination, in_parallel};
+use gravcal_estimation::in_parallel;
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{AuxiliarySensorKind, Pose, ReadingId, Session};
@@ -28,7 +28,7 @@ use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::mistakes::hypotheses::{Mistake, decisively_likelier};
 use crate::joint::solved::Solved;
-use crate::joint::starting::sample::Sample;
+use crate::joint::starting::sample::{Sample, telling_part};
 use crate::joint::starting::start::{best_start, start_cost};
 use crate::joint::variables::State;
 
@@ -76,14 +76,35 @@ impl Reversed {
     }
 }
 
-/// Looks for reversed torque sensors behind a solution. `doubtful`: whether its fit says nothing for its signs.
-pub(in crate::joint) fn reversed_sensors(
+/// Looks for torque sensors that are reversed beside the others, behind a solution whose fit says nothing for its signs.
+pub(super) fn reversed_beside_others(
     session: &Session,
     solved: &Solved,
-    doubtful: bool,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
-    Ok(search(session, solved, doubtful, environment)?.map(|reversed| reversed.report(session)))
+    let (_, open) = read_and_open(session, solved);
+    let reversed = if open.is_empty() { None } else { beside_the_others(session, solved, &open, environment)? };
+    Ok(reversed.map(|reversed| reversed.report(session)))
+}
+
+/// Looks for torque sensors that are reversed all together, which changes no residual.
+pub(super) fn all_reversed(
+    session: &Session,
+    solved: &Solved,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Option<Mistake>, EstimateError> {
+    let (read, open) = read_and_open(session, solved);
+    let all = !open.is_empty() && open.len() == read.len();
+    let reversed = if all { all_together(session, solved, &open, environment)? } else { None };
+    Ok(reversed.map(|reversed| reversed.report(session)))
+}
+
+/// Joints whose torque is read, and those of them whose sign is not declared.
+fn read_and_open(session: &Session, solved: &Solved) -> (Vec<usize>, Vec<usize>) {
+    let is_read = |joint: &usize| solved.built.rows.iter().any(|id| id.channel == *joint);
+    let read: Vec<usize> = (0..session.joints.len()).filter(is_read).collect();
+    let open = read.iter().copied().filter(|joint| !session.joints[*joint].torque_sign_declared).collect();
+    (read, open)
 }
 
 /// Looks for a force-torque sensor by which its tool would have a negative mass, gravity's sign being known.
@@ -112,47 +133,16 @@ pub(in crate::joint) fn reversed_wrist(session: &Session, solved: &Solved) -> Op
     })
 }
 
-fn search(
-    session: &Session,
-    solved: &Solved,
-    doubtful: bool,
-    environment: &SolveEnvironment<'_>,
-) -> Result<Option<Reversed>, EstimateError> {
-    let read = |joint: usize| solved.built.rows.iter().any(|id| id.channel == joint);
-    let joints: Vec<usize> = (0..session.joints.len()).filter(|joint| read(*joint)).collect();
-    let open: Vec<usize> =
-        joints.iter().copied().filter(|joint| !session.joints[*joint].torque_sign_declared).collect();
-    if open.is_empty() || solved.estimate.termination == Termination::Stopped {
-        return Ok(None);
-    }
-    match if doubtful { beside_the_others(session, solved, &open, environment)? } else { Beside::Nothing } {
-        Beside::Reversed(found) => return Ok(Some(found)),
-        Beside::OfPosition => return Ok(None),
-        Beside::Nothing => {}
-    }
-    if open.len() == joints.len() {
-        return all_together(session, solved, &open, environment);
-    }
-    Ok(None)
-}
-
-/// What contradicts the other sensors.
-enum Beside {
-    Nothing,
-    Reversed(Reversed),
-    /// The position sensor of a joint rather than its torque sensor, which is looked for with whatever else may be mistaken.
-    OfPosition,
-}
-
 fn beside_the_others(
     session: &Session,
     solved: &Solved,
     open: &[usize],
     environment: &SolveEnvironment<'_>,
-) -> Result<Beside, EstimateError> {
+) -> Result<Option<Reversed>, EstimateError> {
     environment.report("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
-    let readings = solved.readings().unexcused(session);
+    let unexcused = solved.readings().unexcused(session);
+    let readings = telling_part(session, &unexcused);
     let mut joints: Vec<usize> = Vec::new();
     let mut cost = start_cost(session, &readings)?;
     loop {
@@ -175,25 +165,26 @@ fn beside_the_others(
         joints = open.iter().copied().filter(|joint| !joints.contains(joint)).collect();
     }
     if joints.is_empty() {
-        return Ok(Beside::Nothing);
+        return Ok(None);
     }
     joints.sort_unstable();
     let (before, _) = solve_with(session, &readings, solved, environment)?;
     let (after, state) = solve_with(&turned(session, &joints), &readings, solved, environment)?;
     if after >= BETTER * before {
-        return Ok(Beside::Nothing);
+        return Ok(None);
     }
     let by_position = match joints[..] {
         [joint] => solve_with(&with_position_turned(session, joint), &readings, solved, environment)?.0,
         _ => f64::INFINITY,
     };
+    // Then it is a position sensor, which is looked for with whatever else may be mistaken.
     if by_position < BETTER * after {
-        return Ok(Beside::OfPosition);
+        return Ok(None);
     }
     let (made, tried) = (turned(session, &joints), open.len());
-    let made = (&made, solved.readings().clone(), state.clone());
+    let made = (&made, telling_part(session, solved.readings()).into_owned(), state.clone());
     if !decisively_likelier(made, (session, solved), tried, environment)? {
-        return Ok(Beside::Nothing);
+        return Ok(None);
     }
     // All others may be the reversed ones: the assumed masses tell.
     if open.len() == session.joints.len() && agreement(session, solved, &state).is_some_and(|c| c < OPPOSED) {
@@ -204,7 +195,7 @@ fn beside_the_others(
     if by_position <= AS_GOOD * after {
         why += ", and so they do with the sign of its position sensor turned instead (position_sign): look which it is";
     }
-    Ok(Beside::Reversed(Reversed { joints, why }))
+    Ok(Some(Reversed { joints, why }))
 }
 
 /// Whether gravity's direction is known so well that the truth is not a right angle away: there all torques may be the opposite ones.

@@ -10,12 +10,17 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use crate::joint::solved::Solved;
+use crate::judgement::Judgement;
 use crate::result::UnexplainedResult;
 
 /// Share of what the like channel reads of gravity that reads most of it: no channel is held against less.
 const LEAST_SHARE: f64 = 0.1;
 /// From this share of what they are held against on, errors contradict the model.
 pub(in crate::joint) const LARGE: f64 = 0.1;
+/// From this share of what gravity makes a sensor read on, errors are told.
+pub(in crate::joint) const WARNING: f64 = 0.03;
+/// Beyond this share of the torques of gravity residuals explain nothing.
+const NOTHING_EXPLAINED: f64 = 1.0;
 /// Errors of neighbours up to this ratio are alike: their gears are.
 const ALIKE: f64 = 2.0;
 
@@ -47,6 +52,15 @@ pub(in crate::joint) fn err_as_neighbours(session: &Session, errors: &[Option<Be
 }
 
 impl Solved {
+    /// Whether errors were found that are large beside what gravity makes their own channel read: they may excuse a mistake in the session.
+    ///
+    /// # Errors
+    /// As [`Solved::unexplained_sizes`].
+    pub(in crate::joint) fn has_large_unexplained_errors(&self, session: &Session) -> Result<bool, EvaluateError> {
+        let sizes = self.unexplained_sizes(session)?;
+        Ok(sizes.into_iter().flatten().any(|size| size.std > WARNING * size.gravity_std))
+    }
+
     /// Of each channel where the session has such errors.
     pub(crate) fn unexplained_sizes(&self, session: &Session) -> Result<Vec<Option<UnexplainedResult>>, EvaluateError> {
         let errors = session.unexplained_errors();
@@ -86,10 +100,33 @@ impl Solved {
         Ok((0..session.channel_count()).map(of_channel).collect())
     }
 
+    /// Whether residuals are larger than the torques of gravity, all joints counted together: then they are no noise of anything, the model is another
+    /// robot's, or the arm moves. `judgement`: what is determined of the gains.
+    ///
+    /// # Errors
+    /// Where the model has no finite value at the solution.
+    pub(in crate::joint) fn leaves_all_unexplained(
+        &self,
+        session: &Session,
+        judgement: &Judgement,
+    ) -> Result<bool, EvaluateError> {
+        let gain = |joint: usize| self.gain_or_nominal(session, judgement, joint);
+        Ok(self.residual_beside_gravity(session, gain)?.is_some_and(|share| share > NOTHING_EXPLAINED))
+    }
+
+    /// The gain of a torque sensor; the nominal one where the readings leave it open.
+    pub(in crate::joint) fn gain_or_nominal(&self, session: &Session, judgement: &Judgement, joint: usize) -> f64 {
+        let id = ParameterId::Sensor(joint, SensorParameter::TorqueGain);
+        match judgement.determines(id) {
+            true => self.estimate.values.scalar(self.built.variables.block(id)),
+            false => session.prior(id).nominal,
+        }
+    }
+
     /// Root mean square of the residuals of all torque readings over that of gravity's torque in them, both in N·m (N where a joint slides);
     /// nothing where no torque is read. `gain`: of each joint's torque sensor, by which its readings count beside
     /// those of others; one that the readings leave open may come out at next to nothing, and is not for its estimate to tell.
-    pub(in crate::joint) fn residual_beside_gravity(
+    fn residual_beside_gravity(
         &self,
         session: &Session,
         gain: impl Fn(usize) -> f64,

@@ -3,6 +3,7 @@
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
+use crate::joint::mistakes::hypotheses::Mistake;
 use crate::joint::model_error::pose_errors::PoseErrors;
 use crate::joint::reporting::payloads::payloads;
 use crate::joint::solved::Solved;
@@ -27,6 +28,16 @@ pub(in crate::joint) struct Answer {
     pub taken_as_exact: Vec<TakenAsExact>,
     /// Errors of each channel beyond its noise.
     pub unexplained: Vec<Option<UnexplainedResult>>,
+    /// What the session may have got wrong.
+    pub mistakes: LookedForMistakes,
+}
+
+/// Mistakes that were looked for before intervals were.
+#[derive(Clone, Debug, Default)]
+pub(in crate::joint) struct LookedForMistakes {
+    /// Whether the fit said nothing for the session, so that any were looked for.
+    pub doubtful: bool,
+    pub found: Option<Mistake>,
 }
 
 impl Answer {
@@ -48,6 +59,7 @@ impl Answer {
             misfit,
             pose_errors,
             taken_as_exact: Vec::new(),
+            mistakes: LookedForMistakes::default(),
             solved,
         })
     }

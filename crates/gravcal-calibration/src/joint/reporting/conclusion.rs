@@ -5,7 +5,7 @@ use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
 use crate::joint::mistakes::bad_readings::bad_readings;
-use crate::joint::mistakes::hypotheses::{Mistake, find_mistake};
+use crate::joint::mistakes::hypotheses::{Mistake, contradicting_mistake, hidden_mistake};
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::verdict::Findings;
@@ -71,9 +71,8 @@ impl Answer {
         let noisy = self.remark_on_noise_found(session, &mut findings)?;
         self.remark_on_gravity_upwards(session, &mut findings);
         self.remark_on_earlier(session, &mut findings, environment)?;
-        let excused = self.has_large_unexplained_errors();
-        let doubtful = session.noise_estimated().contains(&true) || excused || findings.failed();
-        if let Some(mistake) = find_mistake(session, &self.solved, doubtful, environment)? {
+        let excused = self.solved.has_large_unexplained_errors(session)?;
+        if let Some(mistake) = self.mistake(session, &findings, environment)? {
             self.forget_mirrored(session, &mut findings);
             findings.fail_first(mistake);
         } else if let Some(bad) = self.bad_readings(session, environment)? {
@@ -95,6 +94,23 @@ impl Answer {
             findings.reason_first([STOPPED.to_owned()]);
         }
         Ok(findings)
+    }
+
+    /// What the session may have got wrong.
+    fn mistake(
+        &self,
+        session: &Session,
+        findings: &Findings,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Option<Mistake>, EstimateError> {
+        let contradicting = match (self.mistakes.doubtful, findings.failed()) {
+            (false, true) => contradicting_mistake(session, &self.solved, environment)?,
+            _ => self.mistakes.found.clone(),
+        };
+        match contradicting {
+            None => hidden_mistake(session, &self.solved, environment),
+            found => Ok(found),
+        }
     }
 
     /// What hangs on that which the session takes as exact.

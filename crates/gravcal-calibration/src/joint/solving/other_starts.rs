@@ -1,5 +1,7 @@
 //! Other starts, where it is doubtful that the first one led to the answer.
 
+use std::borrow::Cow;
+
 use gravcal_estimation::{EvaluateError, Termination};
 use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, Place, SolveEnvironment};
 use gravcal_robot_model::session::Session;
@@ -12,13 +14,10 @@ use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve_from::solve_from;
-use crate::joint::starting::sample::{Sample, thinned};
+use crate::joint::starting::sample::{Sample, telling_part};
 use crate::joint::starting::start::{best_start, further_starts};
 use crate::joint::variables::State;
 use crate::judgement::explained;
-
-/// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
-const TELLING: usize = 1000;
 
 /// Where most is open, fits have valleys beside the true one that explain the readings all but as well: there other starts are tried where residuals
 /// as large have less than this probability.
@@ -62,27 +61,33 @@ pub(in crate::joint) fn likeliest_of_other_starts(
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session)?)
     };
-    let likeliest = match readings.poses() > 2 * TELLING {
-        false => from_other_starts(session, (readings, sample), solved, known, methods)?,
-        true => {
-            let part = thinned(session, readings, TELLING);
+    let settle = |solved: Solved| settled(session, solved, sample, companions.first().unwrap_or(environment));
+    let likeliest = match telling_part(session, readings) {
+        Cow::Borrowed(all) => {
+            let mut likeliest = from_other_starts(session, (all, sample), solved, known, methods)?;
+            if likeliest.is_another {
+                likeliest.best.solution = settle(likeliest.best.solution)?;
+            }
+            likeliest
+        }
+        Cow::Owned(part) => {
             let first = solve_from(session, &part, solved.state(&nominal), environment)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
             // The first end of the part is that of all readings.
-            let led_here = usize::from(!of_part.is_another);
-            let starts = of_part.plausible().into_iter().skip(led_here).cloned().collect();
+            // An end that was followed roughly is the best one where what is told lies within its errors.
+            let best = &of_part.best.solution;
+            let others = of_part.plausible().into_iter().skip(1).filter(|other| best.has_moved_from(session, other));
+            let mut starts: Vec<State> = others.cloned().collect();
+            if of_part.is_another {
+                starts.insert(0, settle(of_part.best.solution)?.state(&nominal));
+            }
             let mut likeliest = Likeliest::first(solved.into_end(session)?);
             likeliest.or_from(starts, follow, environment);
             likeliest
         }
     };
-    let Likeliest { best, is_another, mut others } = likeliest;
-    let solved = if is_another {
-        settled(session, best.solution, sample, companions.first().unwrap_or(environment))?
-    } else {
-        best.solution
-    };
-    let solved = as_declared(session, readings, solved, &others, environment)?;
+    let Likeliest { best, mut others, .. } = likeliest;
+    let solved = as_declared(session, readings, best.solution, &others, environment)?;
     let least = solved.minus_log_likelihood(session)?;
     // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
     let here = turned_gains(session, &solved.state(&nominal));

@@ -1,5 +1,8 @@
-//! A part of the poses, built once: starts are compared and judged by it.
+//! A part of the poses: starts are compared and judged by one that is small, ends of starts are looked for with a larger one.
+//!
+//! Windows of an arm in motion overlap, and those that do are evaluated together: of them a part is made of runs of neighbours.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use gravcal_identification::SolveEnvironment;
@@ -8,12 +11,18 @@ use gravcal_robot_model::session::Session;
 use crate::joint::building::build::build_problem;
 use crate::joint::error::BuildError;
 use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::order::Order;
 use crate::joint::problem::JointProblem;
 use crate::joint::starting::any_direction::FAINT_DAMPING;
 use crate::joint::variables::State;
 
 /// Poses that suffice to compare candidates.
 pub(in crate::joint) const POSES: usize = 120;
+/// Static poses, and windows of an arm in motion, that suffice to tell ends of starts apart; of more than twice as many a part is looked at.
+const TELLING: usize = 1000;
+const TELLING_WINDOWS: usize = 400;
+/// Into about so many runs of neighbours a part of the windows falls, over all tables and loads.
+const RUNS: usize = 30;
 /// The multiples of this, less their whole parts, spread evenly and without a period (Weyl, *Mathematische Annalen* 77, 1916).
 const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
 /// Iterations from a start that tell how low it leads.
@@ -114,6 +123,15 @@ impl Sample {
     }
 }
 
+/// What suffices to tell ends of starts apart: of many readings a part, where they enter together.
+pub(in crate::joint) fn telling_part<'a>(session: &Session, readings: &'a MeasurementSet) -> Cow<'a, MeasurementSet> {
+    let enough = if session.has_windows() { TELLING_WINDOWS } else { TELLING };
+    match readings.order == Order::Together && readings.poses() > 2 * enough {
+        true => Cow::Owned(thinned(session, readings, enough)),
+        false => Cow::Borrowed(readings),
+    }
+}
+
 /// About so many `poses` of the readings, spread evenly over each table and load. Which they are has no period: every so many of
 /// them could be those that were approached from one side.
 pub(in crate::joint) fn thinned(session: &Session, readings: &MeasurementSet, poses: usize) -> MeasurementSet {
@@ -121,11 +139,14 @@ pub(in crate::joint) fn thinned(session: &Session, readings: &MeasurementSet, po
     if share >= 1.0 {
         return readings.clone();
     }
-    let mut seen: HashMap<(usize, Option<usize>), usize> = HashMap::new();
+    let run = (poses / RUNS).max(1);
+    let mut seen: HashMap<(usize, Option<usize>, bool), usize> = HashMap::new();
     let kept = session.poses.iter().zip(&readings.used).map(|(pose, used)| {
-        let place = seen.entry((pose.table, pose.load)).or_default();
+        let in_motion = pose.course.is_some();
+        let place = seen.entry((pose.table, pose.load, in_motion)).or_default();
         *place += usize::from(!used.is_empty());
-        (*place as f64 * GOLDEN_SECTION).fract() < share
+        let place = if in_motion { place.div_ceil(run) } else { *place };
+        (place as f64 * GOLDEN_SECTION).fract() < share
     });
     let kept: Vec<bool> = kept.collect();
     readings.only(|id| kept[id.pose])

@@ -4,26 +4,19 @@ use std::collections::BTreeMap;
 
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_robot_model::number::significant;
-use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
 use crate::joint::mistakes::hypotheses::Mistake;
-use crate::joint::model_error::unexplained_size::{BesideGravity, LARGE, err_as_neighbours};
+use crate::joint::model_error::unexplained_size::{BesideGravity, LARGE, WARNING, err_as_neighbours};
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::instruments::of_instruments;
 use crate::joint::reporting::findings::verdict::Findings;
 use crate::result::UnexplainedResult;
 
-/// Errors of so large a share of what gravity makes a sensor read are told.
-const WARNING: f64 = 0.03;
 /// So large a share of all squared residuals, in so small a share of the poses, is of few poses; so many are named.
 const MOST: f64 = 0.8;
 const FEW: f64 = 0.15;
 const NAMED: usize = 5;
-/// Beyond this share of the torques of gravity, all joints counted together, residuals are no noise of anything: the model is another robot's, or
-/// the arm moves.
-const NOTHING_EXPLAINED: f64 = 1.0;
-
 /// The errors of one channel.
 struct Errors {
     /// Of what gravity makes the channel read.
@@ -40,11 +33,6 @@ impl Errors {
 }
 
 impl Answer {
-    /// Whether errors were found that are large beside what gravity makes their own channel read: they may excuse a mistake in the session.
-    pub(in crate::joint::reporting) fn has_large_unexplained_errors(&self) -> bool {
-        self.unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std)
-    }
-
     /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
     ///
     /// # Errors
@@ -88,15 +76,6 @@ impl Answer {
             });
         }
         Ok(())
-    }
-
-    /// The gain of a torque sensor; the nominal one where the readings leave it open.
-    fn gain_or_nominal(&self, session: &Session, joint: usize) -> f64 {
-        let id = ParameterId::Sensor(joint, SensorParameter::TorqueGain);
-        match self.judgement.determines(id) {
-            true => self.solved.estimate.values.scalar(self.solved.built.variables.block(id)),
-            false => session.prior(id).nominal,
-        }
     }
 
     /// Names the poses in which the errors are, where these are few.
@@ -151,8 +130,7 @@ impl Answer {
             return Ok(false);
         }
         let large = listed(large);
-        let gain = |joint: usize| self.gain_or_nominal(session, joint);
-        if self.solved.residual_beside_gravity(session, gain)?.is_some_and(|share| share > NOTHING_EXPLAINED) {
+        if self.solved.leaves_all_unexplained(session, &self.judgement)? {
             findings.fail(Mistake {
                 what: format!("the torques of gravity are smaller than what they leave unexplained: {large}"),
                 advice: "Residuals so large are no noise. What to look at: whether the arm stood in each pose (rows of an arm in motion are no static \
@@ -187,6 +165,7 @@ fn listed(mut errors: Vec<Errors>) -> String {
 #[cfg(test)]
 mod tests {
     use gravcal_estimation::Termination;
+    use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 
     use super::*;
     use crate::joint::reporting::findings::testing::{answer, found};
@@ -246,9 +225,9 @@ mod tests {
         let mut answer = answer(&session);
         let id = ParameterId::Sensor(1, SensorParameter::TorqueGain);
         let nominal = session.prior(id).nominal;
-        assert!(answer.gain_or_nominal(&session, 1) != nominal);
+        assert!(answer.solved.gain_or_nominal(&session, &answer.judgement, 1) != nominal);
         answer.judgement.leave_unsaid([Asked::from(id)]);
-        assert_eq!(answer.gain_or_nominal(&session, 1), nominal);
+        assert_eq!(answer.solved.gain_or_nominal(&session, &answer.judgement, 1), nominal);
     }
 
     #[test]
