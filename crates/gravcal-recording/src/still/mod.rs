@@ -10,10 +10,11 @@
 //! 5. Each run is judged ([`judge`], by [`series`] of means): its beginning is cut off while it settles, its end where the next motion begins; it is
 //!    rejected, with the reason, where it moves, creeps or was touched.
 //! 6. Where joints turn round the arm stands for a moment: what is much shorter than the others is left out ([`standstill`]).
-//! 7. All standstills together say how many independent samples each mean is worth ([`autocorrelation`], [`converter`]).
+//! 7. All standstills together say what is left of settling in their means ([`settling`]), and how many independent samples each mean is worth ([`autocorrelation`], [`converter`]).
 //!
 //! Standard errors hold noise with its autocorrelation, what a converter's step leaves of its error where noise does not smooth
-//! it, and a drift that may be one. They do not hold what is the same during a standstill: friction, deflection, hysteresis. Noise
+//! it, and a drift that may be one. They do not hold what is the same during a standstill (friction, deflection, hysteresis), nor what is the same in all of them, as what is left of
+//! settling is: [`Standstills::torque_settling`] tells that. Noise
 //! whose correlation lasts as long as a standstill cannot be told from a constant.
 
 mod autocorrelation;
@@ -24,6 +25,7 @@ mod rejected;
 mod run;
 mod segments;
 mod series;
+mod settling;
 mod standstill;
 #[cfg(test)]
 mod tests;
@@ -37,9 +39,10 @@ use crate::motion::reader::{Part, Reader};
 use crate::motion::row_clock::RowClock;
 use crate::rows::Rows;
 use segments::Segments;
-use standstill::Assessment;
+use standstill::{Assessed, Assessment};
 
 pub use rejected::{Reason, Rejected};
+pub use settling::{Left, Settling};
 pub use standstill::{Spread, Standstill};
 
 /// What a standstill is, beyond what the recording says itself.
@@ -60,6 +63,10 @@ const LEAST_DURATION: f64 = 0.1;
 pub struct Standstills {
     /// In the order of the recording.
     pub found: Vec<Standstill>,
+    /// What is left of settling in the means of each torque, by joint; of what is not read, nothing.
+    pub torque_settling: Vec<Settling>,
+    /// The same of each reading of an instrument.
+    pub instrument_settling: Vec<Settling>,
     /// What seemed to be standstills and is none.
     pub rejected: Vec<Rejected>,
     /// Rows with a time, from first to last, without those left out by [`Stillness`].
@@ -110,9 +117,12 @@ pub fn static_poses(
     reader.check_columns()?;
     segments.finish(&mut runs);
     assessment.take(&mut runs, &reader.channels, &segments);
-    let (found, rejected) = assessment.finish(&reader.channels, &segments, stillness.least_duration.is_some());
+    let Assessed { found, rejected, torque_settling, instrument_settling } =
+        assessment.finish(&reader.channels, &segments, stillness.least_duration.is_some());
     Ok(Standstills {
         found,
+        torque_settling,
+        instrument_settling,
         rejected,
         rows: segments.sampler.usage.samples + segments.sampler.usage.repeated,
         repeated: segments.sampler.usage.repeated,

@@ -7,6 +7,7 @@ use super::mean_noise::MeanNoise;
 use super::rejected::{Reason, Rejected};
 use super::run::Run;
 use super::segments::Segments;
+use super::settling::{Courses, Settling};
 use crate::conditions::Conditions;
 use crate::motion::block::Sum;
 use crate::motion::channels::Channels;
@@ -63,9 +64,20 @@ pub(super) struct Assessment {
     batch: Vec<Run>,
     noise: MeanNoise,
     autocorrelation: Autocorrelation,
+    /// By channel.
+    courses: Vec<Courses>,
     found: Vec<Unfinished>,
     rejected: Vec<Rejected>,
     before: Option<Before>,
+}
+
+/// What all runs come to.
+pub(super) struct Assessed {
+    pub found: Vec<Standstill>,
+    pub rejected: Vec<Rejected>,
+    /// By joint, and by reading of an instrument.
+    pub torque_settling: Vec<Settling>,
+    pub instrument_settling: Vec<Settling>,
 }
 
 /// A standstill whose standard errors are not yet known.
@@ -103,6 +115,7 @@ impl Assessment {
             batch: Vec::new(),
             noise: MeanNoise::new(channels.tested()),
             autocorrelation: Autocorrelation::new(channels.tested()),
+            courses: vec![Courses::default(); channels.tested()],
             found: Vec::new(),
             rejected: Vec::new(),
             before: None,
@@ -117,16 +130,27 @@ impl Assessment {
         }
     }
 
+    /// What is left of settling in the means of these channels.
+    fn settling(&self, channels: &[Option<usize>]) -> Vec<Settling> {
+        let of_channel =
+            |channel: &Option<usize>| channel.map_or_else(Settling::default, |it| self.courses[it].settling());
+        channels.iter().map(of_channel).collect()
+    }
+
     /// Standstills with their standard errors, and what is none. `brief`: whether such as are much shorter than others count.
-    pub fn finish(mut self, channels: &Channels, segments: &Segments, brief: bool) -> (Vec<Standstill>, Vec<Rejected>) {
+    pub fn finish(mut self, channels: &Channels, segments: &Segments, brief: bool) -> Assessed {
         self.judge(channels, segments);
         if !brief {
             self.leave_out_brief();
         }
         let common: Vec<Common> =
             (0..channels.tested()).map(|channel| self.common(channel, segments.scales())).collect();
-        let finished = self.found.iter().map(|unfinished| unfinished.finish(channels, &common));
-        (finished.collect(), self.rejected)
+        Assessed {
+            found: self.found.iter().map(|unfinished| unfinished.finish(channels, &common)).collect(),
+            torque_settling: self.settling(&channels.torques),
+            instrument_settling: self.settling(&channels.instruments),
+            rejected: self.rejected,
+        }
     }
 
     /// Where joints turn round the arm stands for a moment, and friction is what it is in motion.
@@ -229,6 +253,14 @@ impl Assessment {
     fn find(&mut self, run: &Run, dwell: Dwell, interval: [f64; 2], channels: &Channels) {
         for (channel, standing) in dwell.channels.iter().enumerate() {
             self.autocorrelation.take(channel, &standing.windows, run.doublings, variance(&standing.sum));
+        }
+        for (joint, torque) in channels.torques.iter().enumerate() {
+            if let Some(channel) = *torque {
+                self.courses[channel].take(channel, run, &dwell.blocks, run.direction.get(joint).copied());
+            }
+        }
+        for channel in channels.instruments.iter().flatten() {
+            self.courses[*channel].take(*channel, run, &dwell.blocks, None);
         }
         let blocks = &run.blocks[dwell.blocks.clone()];
         let other = |channel: usize| blocks.iter().fold(Sum::default(), |all, block| all.join(block.sums[channel]));

@@ -1,0 +1,259 @@
+//! What readings still settle while the arm is taken to stand, seen over all standstills together.
+//!
+//! Each standstill is cut off where its own noise hides what is left of settling. What is hidden there is no noise: it has the same sign after each stop,
+//! or that of the last motion, and adds up in a bias, or passes for friction. So each reading's course, by share `x` of the time that was kept and of that
+//! since the last motion, less its mean over the last quarter, is averaged over all standstills, as it is and with the sign of its joint's last motion, and
+//!
+//! ```text
+//!     y(x) = A (e^(−x/T) − m),      m: mean of e^(−x/T) over the last quarter
+//! ```
+//!
+//! is fitted to it from some `x` on. Its mean over what was kept of the standstills, `A` times that of `e^(−x/T)`, is in their means. How long it lasts
+//! beyond is not seen: `T` is ten times the whole course at most.
+
+use super::run::Run;
+use crate::motion::block::Block;
+
+/// Parts of the course after a motion, and those of them that make up its last quarter.
+const PARTS: usize = 16;
+const LAST: usize = PARTS - PARTS / 4;
+/// Parts from which on the course is fitted: what settles fast at first may go on slowly.
+const FROM: [usize; 4] = [0, 2, 4, 7];
+/// Shortest and longest `T`, in the whole course, and how many between them.
+const SHORTEST: f64 = 0.05;
+const LONGEST: f64 = 10.0;
+const TIMES: usize = 24;
+/// A shorter `T`, in the whole course, has ended there but for a twentieth.
+const ENDS: f64 = 1.0 / 3.0;
+/// Fewer parts tell no course, and fewer standstills nothing of what they have in common.
+const LEAST_PARTS: usize = 3;
+const LEAST_STANDSTILLS: f64 = 8.0;
+/// By how much χ² falls where there is some: five standard deviations, for so many that are tried.
+const SEEN: f64 = 25.0;
+
+/// What is left of settling in the means over standstills; nothing where none is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Settling {
+    /// The same after each stop.
+    pub common: Option<Left>,
+    /// To be taken with the sign of the joint's last motion.
+    pub by_direction: Option<Left>,
+}
+
+/// Some of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Left {
+    /// Unit of the reading.
+    pub size: f64,
+    /// Whether standstills last long enough to see its end.
+    pub ends: bool,
+}
+
+/// Courses of one channel, averaged.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Courses {
+    common: BothCourses,
+    by_direction: BothCourses,
+}
+
+/// Over what was kept of standstills, and since the last motion.
+#[derive(Clone, Debug, Default)]
+struct BothCourses {
+    kept: Course,
+    whole: Course,
+}
+
+/// The mean course over standstills.
+#[derive(Clone, Debug, Default)]
+struct Course {
+    parts: [Scatter; LAST],
+    /// Share of the course from which on it counts as standing, mean over the standstills.
+    kept_from: Scatter,
+}
+
+/// Mean and squares of some numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Scatter {
+    count: f64,
+    mean: f64,
+    squares: f64,
+}
+
+impl Scatter {
+    fn take(&mut self, value: f64) {
+        self.count += 1.0;
+        let step = value - self.mean;
+        self.mean += step / self.count;
+        self.squares += step * (value - self.mean);
+    }
+
+    /// Of the mean.
+    fn variance(&self) -> f64 {
+        self.squares / (self.count - 1.0).max(1.0) / self.count
+    }
+}
+
+impl Courses {
+    /// Takes a standstill: the blocks of a run that count, and the side from which the joint of the channel came.
+    pub fn take(&mut self, channel: usize, run: &Run, kept: &std::ops::Range<usize>, side: Option<f64>) {
+        if run.interrupted[0] {
+            return;
+        }
+        let (begin, until) = (run.blocks[kept.start].from, run.blocks[kept.end - 1].until);
+        let blocks = &run.blocks[..kept.end];
+        for (is_whole, from) in [(false, begin), (true, run.moved_until)] {
+            let Some(course) = relative(channel, blocks, [from, until]) else { continue };
+            let kept_from = ((begin - from) / (until - from)).clamp(0.0, 1.0);
+            let take = |courses: &mut BothCourses, sign: f64| {
+                let own = if is_whole { &mut courses.whole } else { &mut courses.kept };
+                own.take(&course, kept_from, sign);
+            };
+            take(&mut self.common, 1.0);
+            if let Some(sign) = side.filter(|side| *side != 0.0) {
+                take(&mut self.by_direction, sign);
+            }
+        }
+    }
+
+    pub fn settling(&self) -> Settling {
+        Settling { common: self.common.left(), by_direction: self.by_direction.left() }
+    }
+}
+
+/// A channel's means over parts of a time, less that over the last quarter; nothing where it says nothing there.
+fn relative(channel: usize, blocks: &[Block], [from, until]: [f64; 2]) -> Option<[Option<f64>; LAST]> {
+    let mut sums = [(0.0, 0.0); PARTS];
+    for block in blocks {
+        let (x, sum) = ((0.5 * (block.from + block.until) - from) / (until - from), block.sums[channel]);
+        if (0.0..1.0).contains(&x) && sum.count > 0.0 {
+            let (count, total) = &mut sums[(PARTS as f64 * x) as usize];
+            *count += sum.count;
+            *total += sum.count * sum.mean;
+        }
+    }
+    let (count, total) = sums[LAST..].iter().fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1));
+    let level = (count > 0.0).then(|| total / count)?;
+    Some(std::array::from_fn(|part| {
+        let (count, total) = sums[part];
+        (count > 0.0).then(|| total / count - level)
+    }))
+}
+
+impl BothCourses {
+    /// What is left: seen in what was kept itself, and as large as the whole course says, which tells better how long it lasts.
+    fn left(&self) -> Option<Left> {
+        let kept = self.kept.left()?;
+        self.whole.left().filter(|whole| whole.size * kept.size > 0.0).or(Some(kept))
+    }
+}
+
+impl Course {
+    fn take(&mut self, course: &[Option<f64>; LAST], kept_from: f64, sign: f64) {
+        self.kept_from.take(kept_from);
+        for (part, value) in self.parts.iter_mut().zip(course) {
+            value.iter().for_each(|value| part.take(sign * value));
+        }
+    }
+
+    /// What is left in the means over standstills: the largest of what is seen from any part on.
+    fn left(&self) -> Option<Left> {
+        let seen = FROM.into_iter().filter_map(|from| self.left_from(from));
+        seen.max_by(|a, b| a.size.abs().total_cmp(&b.size.abs()))
+    }
+
+    /// The same, fitted from this part on; nothing where none is seen.
+    fn left_from<'a>(&'a self, from: usize) -> Option<Left> {
+        let of_part = |(part, own): (usize, &'a Scatter)| (middle(part), own);
+        let told = |(_, own): &(f64, &Scatter)| own.count >= LEAST_STANDSTILLS && own.variance() > 0.0;
+        // Of a slow recorder a sample falls into few parts only.
+        let parts: Vec<(f64, &Scatter)> = self.parts.iter().enumerate().skip(from).map(of_part).filter(told).collect();
+        if parts.len() < LEAST_PARTS {
+            return None;
+        }
+        let fit = |time: f64| {
+            let decay = |x: f64| (-x / time).exp();
+            let last = (LAST..PARTS).map(|part| decay(middle(part))).sum::<f64>() / (PARTS - LAST) as f64;
+            let (mut along, mut square) = (0.0, 0.0);
+            for (x, part) in &parts {
+                let shape = decay(*x) - last;
+                along += shape * part.mean / part.variance();
+                square += shape * shape / part.variance();
+            }
+            // Over what was kept.
+            let begin = self.kept_from.mean;
+            let mean = time * (decay(begin) - decay(1.0)) / (1.0 - begin).max(1.0 / PARTS as f64);
+            (along * along / square, Left { size: along / square * mean, ends: time < ENDS })
+        };
+        let step = (LONGEST / SHORTEST).powf(1.0 / (TIMES - 1) as f64);
+        let fits = (0..TIMES).map(|place| fit(SHORTEST * step.powi(place as i32)));
+        let (gain, left) = fits.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (gain > SEEN).then_some(left)
+    }
+}
+
+/// Share of the course in the middle of a part.
+fn middle(part: usize) -> f64 {
+    (part as f64 + 0.5) / PARTS as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::block::Sum;
+
+    /// A number between −1 and 1 that follows from another by no rule that means would show (Steele, Lea and Flood 2014, SplitMix).
+    fn uniform(number: u64) -> f64 {
+        let mut z = number.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// Standstills of two seconds after a motion, of which the last so many seconds count, with a reading that settles by `size` in `time`, s, and has
+    /// noise of a thousandth in each hundredth of a second.
+    fn settling(size: impl Fn(f64) -> f64, time: f64, kept: f64) -> Settling {
+        let mut courses = Courses::default();
+        for standstill in 0..60 {
+            let side = if standstill % 3 == 0 { 1.0 } else { -1.0 };
+            let block = |number: usize| {
+                let at = 0.01 * number as f64;
+                let noise = 1e-3 * uniform((standstill * 200 + number) as u64);
+                let mean = 5.0 + size(side) * (-(at + 0.005) / time).exp() + noise;
+                let sum = Sum { count: 10.0, mean, squares: 1e-6, ends: 0.0 };
+                Block { from: at, until: at + 0.01, row: 0, sums: vec![sum] }
+            };
+            let blocks: Vec<Block> = (0..200).map(block).collect();
+            let run = Run {
+                blocks,
+                doublings: 0,
+                direction: vec![side],
+                interrupted: [false; 2],
+                moved_until: 0.0,
+                left_by: None,
+            };
+            courses.take(0, &run, &((100.0 * (2.0 - kept)) as usize..200), Some(side));
+        }
+        courses.settling()
+    }
+
+    #[test]
+    fn what_noise_hides_in_each_standstill_is_seen_in_all_and_told_as_it_is_in_the_means() {
+        // The mean of e^(−t/T) over the kept second.
+        let mean = |time: f64| time * ((-1.0 / time).exp() - (-2.0 / time).exp());
+        for time in [0.3, 0.6, 2.0] {
+            let Settling { common, by_direction } = settling(|_| 0.02, time, 1.0);
+            let (left, expected) = (common.unwrap(), 0.02 * mean(time));
+            assert!((left.size / expected - 1.0).abs() < 0.3, "{time}: {left:?}, {expected}");
+            assert_eq!(left.ends, time < 1.0, "{time}");
+            // The sides are not evenly spread.
+            assert!(by_direction.is_none_or(|left| left.size.abs() < 0.6 * expected), "{by_direction:?}");
+        }
+    }
+
+    #[test]
+    fn what_goes_with_the_side_is_told_by_it_and_noise_is_nothing() {
+        let Settling { by_direction, .. } = settling(|side| 0.02 * side, 0.3, 1.0);
+        assert!(by_direction.is_some_and(|left| left.size > 0.0 && left.ends), "{by_direction:?}");
+        assert_eq!(settling(|_| 0.0, 0.3, 1.0), Settling::default());
+    }
+}
