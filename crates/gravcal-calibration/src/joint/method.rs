@@ -37,6 +37,7 @@ use crate::joint::error::EstimateError;
 use crate::joint::identifiability::untold_noise::untold_beside_earlier;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::mistakes::hypotheses::contradicting_mistake;
+use crate::joint::model_error::settling::LeftToSettle;
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::{Answer, LookedForMistakes};
 use crate::joint::reporting::conclusion::Conclusion;
@@ -171,10 +172,12 @@ pub(super) fn answer(
     // What readings determine they determine; a term that the model lacks widens its interval.
     let ResidualTests { tests, moved, taken_as_exact } =
         residual_tests(session, &solved, &judgement, (&origin, pose_errors.is_some()), wanted)?;
-    let moved = [moved, solved.moved_by_friction_of_load(session)].concat();
+    let LeftToSettle { moved: by_settling, told: settles } = solved.left_to_settle(session)?;
+    let (by_speed, uneven) = solved.moved_by_uneven_sweeps(session)?;
+    let moved = [moved, solved.moved_by_friction_of_load(session), by_settling, by_speed].concat();
     let solved = solved.widened_by_missing_terms(&moved);
     let answer = Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))?;
-    Ok(Answer { taken_as_exact, mistakes: LookedForMistakes { doubtful, found: mistake }, ..answer })
+    Ok(Answer { taken_as_exact, settles, uneven, mistakes: LookedForMistakes { doubtful, found: mistake }, ..answer })
 }
 
 /// The answer, and what it is worth.

@@ -86,7 +86,9 @@ impl Session {
     }
 
     fn stuck(&self, joint: usize, table: usize) -> Option<String> {
-        let of_table = || (0..self.poses.len()).filter(|pose| self.poses[*pose].table == table);
+        // In a slow sweep all joints rest but one.
+        let own = |pose: &usize| self.poses[*pose].table == table && self.poses[*pose].sweep_label.is_none();
+        let of_table = || (0..self.poses.len()).filter(own);
         let run = longest_run(self.positions(joint, of_table()))?;
         let inside = || of_table().filter(|pose| (run.first..=run.last).contains(pose));
         let others = (0..self.joints.len()).filter(|other| *other != joint && self.moves(*other, inside())).count();

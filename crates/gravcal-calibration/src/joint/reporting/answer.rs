@@ -28,6 +28,10 @@ pub(in crate::joint) struct Answer {
     pub taken_as_exact: Vec<TakenAsExact>,
     /// Errors of each channel beyond its noise.
     pub unexplained: Vec<Option<UnexplainedResult>>,
+    /// What readings still settle, in words, and whether intervals that allow for it hold.
+    pub settles: Option<(bool, String)>,
+    /// Sweeps that run faster one way than the other, in words.
+    pub uneven: Option<String>,
     /// What the session may have got wrong.
     pub mistakes: LookedForMistakes,
 }
@@ -59,6 +63,8 @@ impl Answer {
             misfit,
             pose_errors,
             taken_as_exact: Vec::new(),
+            settles: None,
+            uneven: None,
             mistakes: LookedForMistakes::default(),
             solved,
         })

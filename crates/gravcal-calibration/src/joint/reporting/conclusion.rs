@@ -65,9 +65,11 @@ impl Answer {
         self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
         let displaced = [self.solved.lengths_found(session), self.solved.tilts_found(session)];
         displaced.into_iter().flatten().for_each(|remark| findings.remark(remark));
+        self.remark_on_shifted_readings(&mut findings);
         self.remark_on_exact().into_iter().for_each(|remark| findings.remark(remark));
         self.remark_on_contradictions(session, &mut findings)?;
         self.remark_on_unexplained(session, &mut findings)?;
+        self.remark_on_heavy_tails(session, &mut findings)?;
         let noisy = self.remark_on_noise_found(session, &mut findings)?;
         self.remark_on_gravity_upwards(session, &mut findings);
         self.remark_on_earlier(session, &mut findings, environment)?;
@@ -89,11 +91,25 @@ impl Answer {
         } else if self.contradiction(session)?.is_some() || noisy || excused {
             findings.reason_first(session.stuck_positions_remark());
         }
-        if environment.stopped() {
+        if !findings.failed() {
+            findings.reason_first(self.half_turned_zeros(session));
+        }
+        let stopped = environment.stopped().then(|| STOPPED.to_owned());
+        for doubt in session.positions_too_far().into_iter().chain(stopped) {
             findings.doubt();
-            findings.reason_first([STOPPED.to_owned()]);
+            findings.reason_first([doubt]);
         }
         Ok(findings)
+    }
+
+    /// Readings that are off in ways of which residuals say nothing.
+    fn remark_on_shifted_readings(&self, findings: &mut Findings) {
+        match self.settles.clone() {
+            Some((true, remark)) => findings.remark(remark),
+            Some((false, reason)) => findings.doubt_for(reason),
+            None => {}
+        }
+        self.uneven.clone().into_iter().for_each(|remark| findings.remark(remark));
     }
 
     /// What the session may have got wrong.

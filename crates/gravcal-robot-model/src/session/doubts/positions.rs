@@ -19,8 +19,20 @@ const LONGEST: f64 = 10.0;
 /// Angles in radians are within this, rad, where they are taken for degrees.
 const RADIANS_AS_DEGREES: f64 = FULL_TURN * PI / 180.0;
 
+impl Session {
+    /// Says so where joints turn or slide farther than any does: their positions are in another unit, all of them or in some rows.
+    pub fn positions_too_far(&self) -> Option<String> {
+        let told = too_far(self);
+        (!told.is_empty()).then(|| told.join(" "))
+    }
+}
+
 /// One sentence or two for each mistake.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
+    too_far(session).into_iter().chain(hardly_turning(session)).collect()
+}
+
+fn too_far(session: &Session) -> Vec<String> {
     let kind = |joint: &usize| session.robot.chain.joints()[*joint].kind;
     let too_far = (0..session.joints.len()).filter(|joint| reach(session, *joint) > most(session, *joint));
     let (turning, sliding): (Vec<usize>, Vec<usize>) = too_far.partition(|joint| kind(joint) == JointKind::Revolute);
@@ -38,7 +50,7 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
         );
         report(session, &sliding, &what, MistakenUnit::MILLIMETERS_AS_METERS)
     });
-    turned.into_iter().chain(slid).chain(hardly_turning(session)).collect()
+    turned.into_iter().chain(slid).collect()
 }
 
 /// What readings of these joints are.

@@ -1,19 +1,43 @@
-//! Recordings whose clock can hardly be right, of which a part is lost, and columns that two sources fill by turns.
+//! Recordings and tables whose clock can hardly be right, recordings of which a part is lost, and columns that two sources fill by turns.
 
 use gravcal_recording::file_name;
 
 use crate::session::{Searched, Session};
 
+/// A clock runs for so many rows between two beginnings at least.
+const FEWEST_BETWEEN: usize = 10;
 /// Losses that are told of each recording.
 const TOLD: usize = 3;
 
 /// One sentence for each.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
-    session
+    let of_recordings = session
         .searched
         .iter()
-        .flat_map(|searched| clock(searched).into_iter().chain(lost(searched)).chain(alternating(searched)))
-        .collect()
+        .flat_map(|searched| clock(searched).into_iter().chain(lost(searched)).chain(alternating(searched)));
+    of_recordings.chain(begun_anew(session)).collect()
+}
+
+/// Tables of static poses whose times go back once or a few times, and on from there: rows that are out of order go back in many places.
+fn begun_anew(session: &Session) -> Vec<String> {
+    let doubt = |table: usize| {
+        let own = session
+            .poses
+            .iter()
+            .filter(|pose| pose.table == table && pose.sweep_label.is_none() && pose.course.is_none());
+        let times: Vec<(u64, f64)> = own.map(|pose| Some((pose.line, pose.conditions.time?))).collect::<Option<_>>()?;
+        let back: Vec<u64> = times.windows(2).filter(|pair| pair[1].1 < pair[0].1).map(|pair| pair[1].0).collect();
+        let (line, few) = (back.first()?, back.len() * FEWEST_BETWEEN <= times.len());
+        few.then(|| {
+            format!(
+                "{}: times go back in line {line}{}, as where a clock begins anew. What goes with time (a drift) takes these rows for simultaneous. Give \
+                 each part a table of its own, or let times go on.",
+                file_name(&session.tables[table].path),
+                if back.len() > 1 { format!(" and {} more", back.len() - 1) } else { String::new() }
+            )
+        })
+    };
+    (0..session.tables.len()).filter_map(doubt).collect()
 }
 
 fn clock(searched: &Searched) -> Option<String> {

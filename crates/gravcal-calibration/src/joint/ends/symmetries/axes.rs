@@ -47,7 +47,7 @@ pub(in crate::joint) fn turned_gains(session: &Session, values: &State) -> Vec<P
 }
 
 /// The free offsets of joints that turn which lie nearer to their nominal values half a turn on.
-fn far_offsets(session: &Session, values: &State) -> Vec<ParameterId> {
+pub(in crate::joint) fn far_offsets(session: &Session, values: &State) -> Vec<ParameterId> {
     let is_far = |offset: &ParameterId| half_turns_off(session, *offset, values.value(*offset)).rem_euclid(2.0) == 1.0;
     free_offsets(session).map(|(_, offset)| offset).filter(is_far).collect()
 }

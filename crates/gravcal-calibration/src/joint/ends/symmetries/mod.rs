@@ -18,7 +18,7 @@ mod mirrored;
 mod settled;
 mod upside_down;
 
-pub(in crate::joint) use axes::{not_as_declared, turned_gains};
+pub(in crate::joint) use axes::{far_offsets, not_as_declared, turned_gains};
 pub(in crate::joint) use hemisphere::in_hemisphere;
 pub(in crate::joint) use settled::settled;
 pub(crate) use upside_down::with_gains_known;

@@ -5,6 +5,7 @@ mod contradicted_earlier;
 mod contradicted_noise;
 mod contradictions;
 mod gravity_upwards;
+mod heavy_tails;
 mod hemisphere;
 mod instruments;
 mod large_errors;

@@ -1,0 +1,105 @@
+//! What readings still settle after stops, where all standstills of a recording together show it and none shows it alone
+//! ([`gravcal_recording::Settling`]).
+//!
+//! It is in the means of all of them with one sign, or with that of the last motion, and passes for a bias or for friction. So every number may be
+//! off by what such errors of the readings make of it.
+
+use gravcal_estimation::statistics::StatisticsError;
+use gravcal_recording::{Left, Settling};
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::session::{Pose, Session};
+
+use crate::joint::solved::Solved;
+
+/// What settling does to the numbers.
+#[derive(Clone, Debug, Default)]
+pub(in crate::joint) struct LeftToSettle {
+    /// By how much each column of the problem that is judged is off, one entry a cause.
+    pub moved: Vec<Vec<f64>>,
+    /// What is told of it: whether its end is seen, so that intervals that allow for it hold, and words.
+    pub told: Option<(bool, String)>,
+}
+
+/// One cause: a channel of a recording.
+struct Cause {
+    channel: usize,
+    left: Left,
+    errors: Vec<f64>,
+}
+
+impl Solved {
+    /// What is left of settling, and what it does.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated.
+    pub(in crate::joint) fn left_to_settle(&self, session: &Session) -> Result<LeftToSettle, StatisticsError> {
+        let causes = self.causes(session);
+        let errors: Vec<Vec<f64>> = causes.iter().map(|cause| cause.errors.clone()).collect();
+        let shifted = self.shifted_by(session, &errors)?;
+        let telling = causes.iter().zip(&shifted).filter(|(_, shifted)| shifted.matters);
+        let telling: Vec<&Cause> = telling.map(|(cause, _)| cause).collect();
+        let ends = telling.iter().all(|cause| cause.left.ends);
+        let told = (!telling.is_empty()).then(|| (ends, in_words(session, &telling)));
+        Ok(LeftToSettle { moved: shifted.into_iter().map(|shifted| shifted.moved).collect(), told })
+    }
+
+    fn causes(&self, session: &Session) -> Vec<Cause> {
+        let mut causes = Vec::new();
+        for searched in session.fitted_recordings() {
+            let Some(found) = &searched.standstills else { continue };
+            let stood = |pose: &Pose| {
+                let own = session.tables[pose.table].path == searched.path;
+                own && pose.sweep_label.is_none() && pose.course.is_none()
+            };
+            let of_joints = found.torque_settling.iter().enumerate();
+            let axes = found.instrument_settling.iter().enumerate();
+            let of_axes = axes.map(|(axis, own)| (session.joints.len() + axis, own));
+            for (channel, Settling { common, by_direction }) in of_joints.chain(of_axes) {
+                let side = |pose: &Pose| pose.conditions.direction.get(channel).copied().unwrap_or(0.0);
+                let kinds: [(&Option<Left>, &dyn Fn(&Pose) -> f64); 2] = [(common, &|_| 1.0), (by_direction, &side)];
+                for (left, sign) in kinds {
+                    let Some(left) = *left else { continue };
+                    let errors = self.errors_of(session, |id| {
+                        let pose = &session.poses[id.pose];
+                        if id.channel == channel && stood(pose) { left.size * sign(pose) } else { 0.0 }
+                    });
+                    causes.extend(errors.map(|errors| Cause { channel, left, errors }));
+                }
+            }
+        }
+        causes
+    }
+}
+
+fn in_words(session: &Session, causes: &[&Cause]) -> String {
+    let largest = |channel: usize| {
+        let own = causes.iter().filter(|cause| cause.channel == channel).map(|cause| cause.left.size.abs());
+        own.fold(0.0, f64::max)
+    };
+    let mut channels: Vec<usize> = causes.iter().map(|cause| cause.channel).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    let listed: Vec<String> = channels
+        .into_iter()
+        .map(|channel| {
+            format!(
+                "{} ({} {})",
+                session.channel_name(channel),
+                significant(largest(channel), 2),
+                session.channel_unit(channel)
+            )
+        })
+        .collect();
+    let end = match causes.iter().all(|cause| cause.left.ends) {
+        true => "Intervals allow for it.",
+        false => {
+            "The arm does not stand long enough to see how it ends: what is left may be larger, and intervals, which allow for so much, need \
+             not hold."
+        }
+    };
+    format!(
+        "Readings still settle while the arm is taken to stand, which all standstills together show and none shows alone: in the means is left, of {}. It \
+         passes for a bias, or for friction. {end} Let the arm stand longer after each motion.",
+        listed.join(", ")
+    )
+}

@@ -1,0 +1,48 @@
+//! Readings that may all be off in a way that is known, and that residuals need not show: what it does to every number.
+
+use gravcal_estimation::statistics::{Solution, StatisticsError, moved_by};
+use gravcal_robot_model::session::{ReadingId, Session};
+
+use crate::joint::solved::Solved;
+
+/// Standard deviations by which it moves a number, from which it is told.
+const MATTERS: f64 = 0.5;
+
+/// What such errors do.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Shifted {
+    /// By how much each column of the problem that is judged is off.
+    pub moved: Vec<f64>,
+    /// Whether that is worth a remark.
+    pub matters: bool,
+}
+
+impl Solved {
+    /// Errors of readings, one entry a row of the problem, in standard deviations. `size`: of a reading, in its unit; nothing where none is off.
+    pub(super) fn errors_of(&self, session: &Session, size: impl Fn(ReadingId) -> f64) -> Option<Vec<f64>> {
+        let mut errors = vec![0.0; self.judged_problem().rows()];
+        for (id, error) in self.built.rows.iter().zip(&mut errors) {
+            *error = size(*id) / self.readings().std(session, *id);
+        }
+        errors.iter().any(|error| *error != 0.0).then_some(errors)
+    }
+
+    /// What each of these errors of the readings does.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated.
+    pub(super) fn shifted_by(&self, session: &Session, errors: &[Vec<f64>]) -> Result<Vec<Shifted>, StatisticsError> {
+        let (problem, covariance) = (self.judged_problem(), self.covariance());
+        let asked = session.parameters().into_iter().map(|id| self.built.variables.block(id));
+        let columns: Vec<usize> = asked.flat_map(|block| problem.columns_of(block)).collect();
+        let solution = Solution { problem, values: &self.estimate.values, analysis: &self.analysis };
+        let shifted = |moved: Vec<f64>| {
+            let far = |column: &usize| {
+                let std = covariance.std(*column);
+                std > 0.0 && moved[*column].abs() > MATTERS * std
+            };
+            Shifted { matters: columns.iter().any(far), moved }
+        };
+        Ok(moved_by(&solution, errors)?.into_iter().map(shifted).collect())
+    }
+}
