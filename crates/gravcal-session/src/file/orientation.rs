@@ -22,7 +22,8 @@ use crate::robot_file::RobotSource;
 const BASE: &str = "base";
 const BODY: &str = "body";
 
-/// `readings.orientation`. What must be said is read as optional, so that the error can say what fits.
+// What must be said is read as optional, so that the error can say what fits.
+/// A quaternion needs both `order` and `rotation`, a matrix `rotation`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct OrientationTable {

@@ -25,7 +25,8 @@ pub(crate) struct ParameterPriorTable {
     /// Unit: as `unit` says.
     /// Example: `fixed = 1`
     fixed: Option<f64>,
-    /// Mandatory; read as optional so that the error can say which units fit.
+    // Read as optional so that the error can say which units fit.
+    /// Unit of these numbers.
     ///
     /// Unit: none.
     /// Default: required.

@@ -98,7 +98,8 @@ pub(super) struct ReadingsTable {
     merge_repeated_rows: bool,
 }
 
-/// `readings.position`. Units are mandatory; they are read as optional so that the error can say which fit.
+// Units are read as optional, so that the error can say which fit.
+/// `[readings.position]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PositionTable {

@@ -14,10 +14,10 @@ use crate::document::{Field, FileError};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct SweepsTable {
-    /// One pose for each bin of the angle of the joint that sweeps. Bins that are not stated become 2 or 4 degrees wide where the speed and the
-    /// rate of the recording leave too few samples in them.
+    /// Width of the bins of the angle of the joint that sweeps; each bin is one pose. If it is not stated, it is 1, or 2 or 4 where the speed
+    /// and the rate of the recording leave too few samples in narrower bins.
     ///
-    /// Default: 1.
+    /// Default: 1, 2 or 4.
     /// Example: `bin_deg = 2`
     bin_deg: Option<f64>,
     /// Largest acceleration of what counts as slow. The square of the speed, in rad/s, obeys the same number.

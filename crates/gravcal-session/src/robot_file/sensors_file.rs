@@ -47,7 +47,8 @@ pub(crate) struct ValueTable {
     /// Unit: as `unit` says.
     /// Example: `value = 6.69`
     pub value: f64,
-    /// Mandatory; read as optional so that the error can say which units fit.
+    // Read as optional so that the error can say which units fit.
+    /// Unit of the number.
     ///
     /// Unit: none.
     /// Default: required.

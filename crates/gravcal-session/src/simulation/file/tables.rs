@@ -206,7 +206,7 @@ pub struct DeflectionTable {
     pub compliance_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
 
-/// See [`Motion`](crate::simulation::Motion).
+/// How the arm moves from pose to pose, and how it is recorded.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordingTable {
@@ -214,13 +214,14 @@ pub struct RecordingTable {
     ///
     /// Example: `rate_hz = 1000`
     pub rate_hz: f64,
-    /// Samples of each standstill after settling. `torque.std` stays that of their mean.
+    /// Samples of each standstill after settling; with `motion`, of each stretch. `torque.std` stays that of the mean of so many.
     ///
     /// Unit: samples.
     /// Example: `samples = 200`
     pub samples: usize,
-    /// How long a move takes. It needs the torques of gravity and of the arm's inertia where the robot's file states inertia tensors; else
-    /// those of gravity alone, and the recording is for `readings.still` only.
+    /// How long a move takes; with `motion`, how long nothing is recorded between two stretches, 1 s at least. A move needs the torques of
+    /// gravity and of the arm's inertia where the robot's file states inertia tensors; else those of gravity alone, and the recording is for
+    /// `readings.still` only.
     ///
     /// Example: `move_s = 0.4`
     pub move_s: f64,
@@ -250,7 +251,8 @@ pub struct RecordingTable {
     /// Default: `"any"`.
     /// Example: `approach = "both-ways"`
     pub approach: Option<String>,
-    /// The arm never stands: each joint moves on a sum of sines about the middle of its range.
+    /// The arm never stands: each joint moves on a sum of sines about the middle of its range. `poses` of a `[[random]]` or `[[sweep]]` is
+    /// then how many stretches of such motion its file holds.
     ///
     /// Default: none.
     /// Example: `motion = { harmonics = 5, period_s = 10 }`
@@ -293,7 +295,8 @@ pub struct RecordingTable {
     pub touched: Option<usize>,
 }
 
-/// See [`HarmonicMotion`](crate::simulation::HarmonicMotion).
+/// An arm that never stands. For each pose of a file there is one stretch of motion, on random trajectories of its own. It uses 90 % of each
+/// joint's range; a joint without limits has one from −π to π (rad or m).
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HarmonicTable {
@@ -314,7 +317,7 @@ pub struct HarmonicTable {
     pub seed: Option<u64>,
 }
 
-/// See [`FrictionAtRest`](crate::simulation::FrictionAtRest).
+/// Friction that builds up before a joint slides, and stays in part where it stands (Dahl 1968).
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionTable {
@@ -467,14 +470,14 @@ pub struct SweepTable {
     /// Unit: poses.
     /// Example: `poses = 37`
     pub poses: usize,
-    /// Where the other joints stand, by name.
+    /// Where the other joints stand, by name: each of them, here or in `held_rad`.
     ///
-    /// Default: 0.
+    /// Default: all of them are in `held_rad`.
     /// Example: `held_deg = { joint2 = 45 }`
     pub held_deg: Option<BTreeMap<String, f64>>,
     /// The same in radians.
     ///
-    /// Default: 0.
+    /// Default: all of them are in `held_deg`.
     /// Example: `held_rad = { joint2 = 0.785 }`
     pub held_rad: Option<BTreeMap<String, f64>>,
     /// The load that is attached.
