@@ -50,7 +50,7 @@ pub struct EstimatorResult {
     pub iterations: usize,
     /// The way of the last solve, its start first; empty for the sequential estimator, whose steps are many small ones.
     pub trace: Vec<Iteration>,
-    /// Gravity in base coordinates; absent where it is undetermined.
+    /// Gravity in base coordinates; `null` where it is undetermined.
     pub gravity: Option<GravityResult>,
     /// Every sensor parameter.
     pub parameters: Vec<ParameterResult>,
@@ -79,13 +79,13 @@ pub struct EstimatorResult {
     pub weak: Vec<WeakCombination>,
     /// What was fixed while the rest was solved for; empty for the sequential estimator, which has several problems.
     pub held: Vec<FixedBlock>,
-    /// Where standard deviations, intervals and covariance come from; absent where there are none.
+    /// Where standard deviations, intervals and covariance come from; `null` where there are none.
     pub uncertainty: Option<UncertaintyResult>,
-    /// How torque readings far beyond their noise were counted; absent where as any other.
+    /// How torque readings far beyond their noise were counted; `null` where as any other.
     pub loss: Option<LossResult>,
     /// Torque readings that the loss counted less than half, those that count least first.
     pub outliers: Vec<Outlier>,
-    /// How well the model explains the readings; absent where nothing could be fitted.
+    /// How well the model explains the readings; `null` where nothing could be fitted.
     pub fit: Option<Fit>,
     /// Loads of unknown mass.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -192,7 +192,7 @@ pub struct Brief {
     pub termination: String,
     /// Iterations of the solver (of all steps, for the sequential estimator).
     pub iterations: usize,
-    /// Gravity in base coordinates; absent where it is undetermined.
+    /// Gravity in base coordinates; `null` where it is undetermined.
     pub gravity: Option<GravityResult>,
     /// Every sensor parameter.
     pub parameters: Vec<ParameterResult>,

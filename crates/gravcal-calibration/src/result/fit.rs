@@ -12,11 +12,11 @@ pub struct Fit {
     pub chi_squared: f64,
     /// Rows less the number of parameters that the data determine.
     pub degrees_of_freedom: usize,
-    /// Probability of a χ² at least as large if the model and the stated noise hold; absent where the noise was
+    /// Probability of a χ² at least as large if the model and the stated noise hold; `null` where the noise was
     /// estimated from the residuals. Where only some channels state their noise it is that of their own residuals. Under a loss, which lets χ² be
     /// anything, it is that of as many residuals beyond the median of normal noise.
     pub p_value: Option<f64>,
-    /// How many times as large as their stated noise makes them those residuals are; absent where `p_value` is.
+    /// How many times as large as their stated noise makes them those residuals are; `null` where `p_value` is.
     pub times_noise: Option<f64>,
     /// Median |residual| over that of normal noise as stated; only under a loss, and with stated noise.
     pub median_ratio: Option<f64>,
@@ -55,7 +55,7 @@ pub enum SmallerModelKind {
     GravityAndFriction,
 }
 
-/// Errors of a joint's readings beyond their noise: see [`UnexplainedError`](gravcal_robot_model::session::UnexplainedError).
+/// Errors of a joint's readings beyond their noise, as `unexplained_std` of `[readings.torque]` allows for them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct UnexplainedResult {
     /// Standard deviation, unit of the reading; 0 where the noise explains the residuals.
@@ -66,7 +66,7 @@ pub struct UnexplainedResult {
     pub times_noise: f64,
     /// Standard deviation over the poses of what gravity makes the joint read, unit of the reading.
     pub gravity_std: f64,
-    /// `std` as a share of that, or of a tenth of the largest like it of any joint, where that is more; absent where nothing feels
+    /// `std` as a share of that, or of a tenth of the largest like it of any joint, where that is more; `null` where nothing feels
     /// gravity.
     pub share_of_gravity: Option<f64>,
 }

@@ -15,11 +15,13 @@ pub struct ParameterResult {
     pub unit: String,
     /// The equation in which it stands.
     pub convention: Cow<'static, str>,
-    /// Absent where undetermined.
+    /// `null` where it is undetermined; then so are `std` and `ci95`.
     pub value: Option<f64>,
-    /// Standard deviation; 0 where the value is fixed. Cautious where few residuals tell the noise: `ci95` may then be narrower than it suggests.
+    /// Standard deviation; 0 where the value is fixed. Where few residuals tell the noise it is told larger, for caution, and `ci95` is not.
     pub std: Option<f64>,
-    /// 95 % interval.
+    /// 95 % interval: `value` ± q · `std`. q is the 0.975 quantile of Student's t with the degrees of freedom with which `std` was found: readings
+    /// less parameters where the residuals show the noise, and one less than the blocks that tell this parameter where leaving out blocks does.
+    /// With stated noise alone, and of the sequential estimator, it is 1.96. Of the bootstrap the interval is percentiles.
     pub ci95: Option<[f64; 2]>,
     /// Whether the data (or exact knowledge) give it a value.
     pub determined: bool,

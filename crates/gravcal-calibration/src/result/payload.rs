@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// What was found of a load of unknown mass. What is undetermined is absent.
+/// What was found of a load of unknown mass. What is undetermined is `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PayloadResult {
     /// Name of the load.
@@ -15,7 +15,7 @@ pub struct PayloadResult {
     pub center_of_mass_m: Option<[PayloadNumber; 3]>,
     /// `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` about the centre of mass, along the axes of the link's frame, kg·m².
     pub tensor_kg_m2: Option<[PayloadNumber; 6]>,
-    /// What is not determined of it, why, and what to do; absent where all is.
+    /// What is not determined of it, why, and what to do; `null` where all is determined.
     pub undetermined: Option<String>,
 }
 

@@ -13,7 +13,7 @@ pub struct DeflectionResult {
     pub joint: String,
     /// Unit of value and standard deviations.
     pub unit: String,
-    /// Absent where the readings say hardly more than was known: where `std` exceeds half of `prior_std`.
+    /// `null` where the readings say hardly more than was known: where `std` exceeds half of `prior_std`.
     pub value: Option<f64>,
     /// Its standard deviation, readings and prior together.
     pub std: f64,
