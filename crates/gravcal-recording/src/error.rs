@@ -496,8 +496,21 @@ fn clock(column: &str, unit: &str, dates: bool) -> String {
     }
 }
 
-/// What may have been meant by the name of a column that does not exist.
+/// What may be between cells, and how to write it.
+pub(crate) const SEPARATORS: &str = "cells are separated by commas, semicolons or tabs, not by spaces: write the table so \
+                                     (numpy: np.savetxt(…, delimiter=\",\"))";
+
+/// What may have been meant by the name of a column that does not exist, or what to do.
 fn hint(column: &str, columns: &[String]) -> String {
+    if let [only] = columns
+        && only.contains(' ')
+    {
+        return format!(" ({SEPARATORS})");
+    }
+    if !columns.is_empty() && columns.iter().enumerate().all(|(at, name)| *name == format!("column{}", at + 1)) {
+        return " (the file has no header: name its columns in the session, [readings.csv] columns = [\"…\", …])"
+            .to_owned();
+    }
     if let [only] = columns
         && only.contains([';', '\t'])
     {

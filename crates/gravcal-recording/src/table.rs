@@ -395,6 +395,18 @@ mod tests {
     }
 
     #[test]
+    fn spaces_between_cells_and_columns_without_names_are_recognised() {
+        let error = parse("q1 tau1\n0 0\n").unwrap().column("q1").unwrap_err().to_string();
+        assert!(error.contains("not by spaces: write the table so (numpy: np.savetxt(…, delimiter=\",\"))"), "{error}");
+        let headless = read_as("1.5,2\n3,4\n", &CsvWriting::default()).unwrap();
+        let error = headless.column("q1").unwrap_err().to_string();
+        assert!(
+            error.contains("(the file has no header: name its columns in the session, [readings.csv] columns"),
+            "{error}"
+        );
+    }
+
+    #[test]
     fn a_header_in_a_comment_is_recognised() {
         let hint = "(if this row holds readings, add a header line before it, one that does not begin with #)";
         let table = parse("# q1,tau1\n0.5,2.25\n0.75,2.5\n").unwrap();

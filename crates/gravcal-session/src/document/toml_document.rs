@@ -16,6 +16,10 @@ use super::text::read_text;
 /// How names of recordings end.
 const RECORDINGS: [&str; 5] = ["csv", "tsv", "mcap", "db3", "parquet"];
 
+/// What is said of XML: a robot whose file is not named as a URDF is taken for a `robot.toml`.
+const IS_XML: &str = "this is XML, where a TOML file is expected; the name of a URDF must end in .urdf, and xacro must be expanded first \
+                      (`xacro robot.xacro > robot.urdf`)";
+
 /// A TOML file: syntactically right, every number finite.
 #[derive(Clone, Debug)]
 pub struct Document {
@@ -27,7 +31,7 @@ impl Document {
     /// Reads a file.
     ///
     /// # Errors
-    /// The file is a recording by its name, cannot be read, is not TOML, or holds a number that is infinite or NaN.
+    /// The file is a recording by its name, cannot be read, is XML or else not TOML, or holds a number that is infinite or NaN.
     pub fn read(path: &Path) -> Result<Document, FileError> {
         let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
         if RECORDINGS.iter().any(|recording| extension.eq_ignore_ascii_case(recording)) {
@@ -43,6 +47,9 @@ impl Document {
     /// # Errors
     /// As for [`Document::read`], but for reading.
     pub fn of(path: &Path, text: String) -> Result<Document, FileError> {
+        if text.trim_start_matches('\u{feff}').trim_start().starts_with('<') {
+            return Err(FileError::new(path, IS_XML));
+        }
         let document = Document { path: path.to_owned(), text };
         document.check_finite()?;
         Ok(document)

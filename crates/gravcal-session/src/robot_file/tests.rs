@@ -116,6 +116,16 @@ fn nominal_sensors_are_read_in_si() {
 }
 
 #[test]
+fn xml_is_told_to_be_a_urdf_by_another_name() {
+    let (folder, path) = folder_with("arm.xml", "\u{feff}<?xml version=\"1.0\"?>\n<robot name=\"arm\"/>");
+    let error = without_folder(&folder, &read_robot(&path).unwrap_err());
+    assert!(
+        error.starts_with("arm.xml: this is XML, where a TOML file is expected; the name of a URDF must"),
+        "{error}"
+    );
+}
+
+#[test]
 fn keys_and_names_are_known() {
     assert!(
         refused("d_m = 0.5", "d_mm = 500")

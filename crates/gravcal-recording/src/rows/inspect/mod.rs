@@ -30,7 +30,7 @@ pub use self::time::{Gap, TimeFound};
 use super::stamp::Stamp;
 use super::{Row, Rows, Source, Watched};
 use crate::csv_lines::CsvWriting;
-use crate::error::ReadError;
+use crate::error::{ReadError, SEPARATORS};
 
 /// What is in a recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -68,7 +68,9 @@ pub fn inspect(path: &Path, watch: &dyn Fn(f64)) -> Result<Inspection, ReadError
 pub fn inspect_as(path: &Path, csv: &CsvWriting, watch: &dyn Fn(f64)) -> Result<Inspection, ReadError> {
     let found = inspect_rows(&mut Watched::new(super::open_as(path, csv)?, watch))?;
     if found.columns.iter().all(|column| column.readings == 0) {
-        let what = format!("no column has a number, so it is no recording; it was read as: {}", found.source.kind);
+        let kind = &found.source.kind;
+        let separators = if kind.starts_with("CSV") { format!("; {SEPARATORS}") } else { String::new() };
+        let what = format!("no column has a number, so it is no recording; it was read as: {kind}{separators}");
         return Err(ReadError::NotRecording { path: path.to_owned(), what });
     }
     Ok(found)

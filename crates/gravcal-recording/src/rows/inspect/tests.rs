@@ -10,6 +10,18 @@ fn inspected(text: &str) -> Inspection {
     inspect(&path, &|_| {}).unwrap()
 }
 
+#[test]
+fn a_table_with_spaces_between_cells_is_refused_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    fs::write(&path, "0.5 1.25\n0.75 2.5\n").unwrap();
+    let error = inspect(&path, &|_| {}).unwrap_err().to_string();
+    assert!(
+        error.contains("(commas between cells); cells are separated by commas, semicolons or tabs, not by"),
+        "{error}"
+    );
+}
+
 /// A thousand rows at 1 kHz with a reading that is given by its row.
 fn thousand(name: &str, reading: impl Fn(u32) -> f64) -> Inspection {
     let rows = (0..1000).map(|row| format!("{},{}\n", f64::from(row) * 1e-3, reading(row)));
