@@ -73,7 +73,7 @@ fn options_of_the_session_reach_the_method_that_it_names() {
     let limited = Calibration::with(&session, &["--estimator", "joint"]);
     assert_eq!(limited.run.code, 4, "{:?}", limited.run);
     let joint = limited.estimator("joint");
-    assert_eq!((joint.termination.as_str(), joint.trace.len()), ("not converged after 1 iterations", 2));
+    assert_eq!((joint.termination.as_str(), joint.trace.len()), ("not converged after 1 iteration", 2));
     let chosen = limited.answer().provenance.options;
     assert_eq!(chosen.solver, "levenberg-marquardt");
     assert_eq!(chosen.solver_options["max_iterations"].as_integer(), Some(1));

@@ -50,7 +50,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("mass_kg = 1.7", "mass_kg = -1.7", "simulation.toml:{line}: load[0].mass_kg: -1.7 is not a mass"),
     ("\"link3\"", "\"link9\"", "simulation.toml:{line}: load[0].link: there is no link `link9`"),
     ("\"joint1\"", "\"joint9\"", "simulation.toml:{line}: sweep[0].joint: there is no joint `joint9`"),
-    ("poses = 9", "poses = 1", "simulation.toml:{line}: sweep[0].poses: 1 poses identify nothing"),
+    ("poses = 9", "poses = 1", "simulation.toml:{line}: sweep[0].poses: 1 pose identifies nothing"),
     ("poses = 9", "poses = 9000000000000000000", "simulation.toml:{line}: sweep[0].poses: "),
     ("poses = 10", "poses = 9000000000000000000", "simulation.toml:{line}: random[0].poses: "),
     ("\"random.csv\"", "\"sweep.csv\"", "simulation.toml:{line}: random[0].file: `sweep.csv` is already sweep[0].file"),

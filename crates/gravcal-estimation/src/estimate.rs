@@ -71,6 +71,7 @@ impl fmt::Display for Termination {
             Termination::Step { relative } => write!(f, "converged: steps too small to matter ({relative:.1e})"),
             Termination::Cost { relative } => write!(f, "converged: cost no longer falls ({relative:.1e})"),
             Termination::ZeroResidual => write!(f, "converged: residuals are zero"),
+            Termination::IterationLimit { limit: 1 } => write!(f, "not converged after 1 iteration"),
             Termination::IterationLimit { limit } => write!(f, "not converged after {limit} iterations"),
             Termination::NoProgress => write!(f, "not converged: no step lowers the cost"),
             Termination::NoEffect => {

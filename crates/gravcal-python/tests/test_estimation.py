@@ -250,7 +250,7 @@ def test_a_solver_steps_back_from_where_there_is_no_value() -> None:
 
 def test_not_converging_is_an_answer_without_values() -> None:
     solution = misra().solve(max_iterations=1)
-    assert solution.verdict == "failed" and not solution.converged and "1 iterations" in solution.termination
+    assert solution.verdict == "failed" and not solution.converged and "1 iteration" in solution.termination
     assert solution["b1"].value is None and solution["b1"].why == "the solver did not converge"
     again = misra().solve(start=solution.blocks)
     assert again["b1"].value == pytest.approx(MISRA["b1"][0], rel=1e-6)

@@ -52,6 +52,7 @@
 mod column_names;
 mod columns;
 mod conditions;
+mod counted;
 mod csv_lines;
 mod digest;
 mod earlier;
@@ -87,6 +88,7 @@ pub use columns::is_saturated;
 pub use conditions::{
     ConditionColumn, ConditionColumns, ConditionUnit, Conditions, FurtherColumn, MotionSource, Slope,
 };
+pub use counted::counted;
 pub use csv_lines::CsvWriting;
 pub use digest::{Digest, DigestError};
 pub use earlier::{

@@ -234,7 +234,7 @@ fn what_is_found_is_reported() {
     let notes = session.searched[0].notes(&session.readings);
     assert!(notes[0].starts_with("sweeps.csv: 7 slow sweeps found"), "{notes:?}");
     assert!(notes[1].contains("`shoulder.position` from -"), "{notes:?}");
-    assert!(notes[1].contains("in 1 strokes up and 1 down: ") && notes[1].contains("(friction) 0.5"), "{notes:?}");
+    assert!(notes[1].contains("in 1 stroke up and 1 down: ") && notes[1].contains("(friction) 0.5"), "{notes:?}");
     let sticking = |note: &String| note.starts_with("Joints with friction (shoulder 0.50 N·m, elbow 0.20 N·m): ");
     assert!(result.notes.iter().any(sticking), "{:?}", result.notes);
     assert!(notes.iter().all(|note| result.notes.contains(note)), "{:?}", result.notes);

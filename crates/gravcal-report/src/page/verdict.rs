@@ -1,6 +1,7 @@
 //! What it comes to, and what to do.
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
+use gravcal_recording::counted;
 use maud::{Markup, html};
 
 use super::CalibrationPage;
@@ -53,7 +54,7 @@ fn others(page: &CalibrationPage<'_>, main: &EstimatorResult) -> Markup {
     };
     html! {
         p.small {
-            "Decided by the estimator " b { (main.name) } ": " (main.termination) "; " (main.iterations) " iterations."
+            "Decided by the estimator " b { (main.name) } ": " (main.termination) "; " (counted(main.iterations as u64, ["iteration", "iterations"])) "."
             @for other in page.results.iter().filter(|other| other.name != main.name) {
                 " " (capital(&other.name)) ": " (reported(other)) "."
             }

@@ -69,7 +69,7 @@ mod tests {
     fn a_failure_is_called_one() {
         let mut failed = result("joint");
         failed.verdict = Verdict::Failed;
-        failed.termination = "not converged after 1 iterations".into();
+        failed.termination = "not converged after 1 iteration".into();
         failed.iterations = 1;
         assert!(report("arm", &[failed]).contains("failed: no answer to rely on\n"));
     }

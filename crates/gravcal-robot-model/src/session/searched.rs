@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use gravcal_recording::{
     Clock, MotionWindows, PoseMapping, PositionUnit, RowClock, Standstill, Standstills, StaticPose, Sweep, Sweeps,
-    SweptBin, file_name,
+    SweptBin, counted, file_name,
 };
 
 use super::contents::Session;
@@ -123,7 +123,8 @@ fn reported_rejected(rejected: &[impl ToString]) -> String {
 
 fn sweep_notes(name: &str, sweeps: &Sweeps, mapping: &PoseMapping) -> Vec<String> {
     let Sweeps { found, rejected, repeated, without_time, interruptions, .. } = sweeps;
-    let reported = format!("{name}: {} slow sweeps found{}", found.len(), reported_rejected(rejected));
+    let sweeps = counted(found.len() as u64, ["slow sweep", "slow sweeps"]);
+    let reported = format!("{name}: {sweeps} found{}", reported_rejected(rejected));
     let notes = found.iter().map(|sweep| sweep_note(name, sweep, mapping));
     [reported].into_iter().chain(notes).chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
 }
@@ -135,10 +136,11 @@ fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
     let at = |bin: Option<&SweptBin>| bin.map_or(0.0, |bin| scale * bin.sides[0].position[sweep.joint]);
     let (lowest, highest) = (at(sweep.bins.first()), at(sweep.bins.last()));
     let [up, down] = sweep.strokes;
+    let (up, angles) =
+        (counted(up as u64, ["stroke", "strokes"]), counted(sweep.bins.len() as u64, ["angle", "angles"]));
     let mut reported = format!(
-        "{name}: `{}` from {lowest:.1} to {highest:.1} {unit} in {up} strokes up and {down} down: {} angles both ways, in bins of {:.3} deg",
+        "{name}: `{}` from {lowest:.1} to {highest:.1} {unit} in {up} up and {down} down: {angles} both ways, in bins of {:.3} deg",
         sweep.column,
-        sweep.bins.len(),
         sweep.bin.to_degrees()
     );
     if let (Some((half, scatter)), Some((_, unit))) = (sweep.half_difference(), &mapping.torques[sweep.joint]) {
@@ -162,8 +164,8 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
         Clock::Rounded => "taken as whole steps apart, because positions are smoother so than by their stamps",
     };
     let reported = format!(
-        "{name}: {} windows of {length:.2} s in motion, of rows {:.1} ms apart, {clock}.",
-        found.len(),
+        "{name}: {} of {length:.2} s in motion, of rows {:.1} ms apart, {clock}.",
+        counted(found.len() as u64, ["window", "windows"]),
         1e3 * interval
     );
     let noisiest = position_noise.iter().zip(&mapping.positions).max_by(|a, b| a.0.total_cmp(b.0));
@@ -183,7 +185,8 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
 
 fn standstill_notes(name: &str, standstills: &Standstills, mapping: &PoseMapping) -> Vec<String> {
     let Standstills { found, rejected, repeated, without_time, interruptions, wraps, .. } = standstills;
-    let reported = format!("{name}: {} standstills found{}{}", found.len(), length(found), reported_rejected(rejected));
+    let standstills = counted(found.len() as u64, ["standstill", "standstills"]);
+    let reported = format!("{name}: {standstills} found{}{}", length(found), reported_rejected(rejected));
     let wrapping = wrapping(wraps, mapping).map(|columns| {
         format!(
             "{name}: positions jump by about a full turn ({columns}), as angles that wrap. A standstill right there has no mean."
@@ -196,7 +199,8 @@ fn standstill_notes(name: &str, standstills: &Standstills, mapping: &PoseMapping
 /// Columns of the positions that wrap, and how often; `None` where none does.
 fn wrapping(wraps: &[u64], mapping: &PoseMapping) -> Option<String> {
     let wrapping = wraps.iter().zip(&mapping.positions).filter(|(wraps, _)| **wraps > 0);
-    let wrapping: Vec<String> = wrapping.map(|(wraps, column)| format!("`{}` {wraps} times", column.column)).collect();
+    let wrapping: Vec<String> =
+        wrapping.map(|(wraps, column)| format!("`{}` {}", column.column, counted(*wraps, ["time", "times"]))).collect();
     (!wrapping.is_empty()).then(|| wrapping.join(", "))
 }
 
@@ -216,11 +220,17 @@ fn length(found: &[Standstill]) -> String {
 
 fn oddities(name: &str, repeated: u64, without_time: u64, interruptions: u64) -> Option<String> {
     let counts = [
-        (repeated, "rows repeat the one before"),
-        (without_time, "rows have no time"),
-        (interruptions, "times the clock jumps or nothing is recorded for long"),
+        (repeated, ["row repeats the one before", "rows repeat the one before"]),
+        (without_time, ["row has no time", "rows have no time"]),
+        (
+            interruptions,
+            [
+                "time the clock jumps or nothing is recorded for long",
+                "times the clock jumps or nothing is recorded for long",
+            ],
+        ),
     ];
     let reported: Vec<String> =
-        counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+        counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| counted(*count, *what)).collect();
     (!reported.is_empty()).then(|| format!("{name}: {}.", reported.join(", ")))
 }

@@ -39,9 +39,9 @@ fn rate_duration_gaps_and_jumps_are_reported() {
     for line in [
         "CSV file (commas between cells), 9 rows",
         "1.030 s from 0.000 s on, 100.0 Hz (`t_ms` in ms)",
-        "1 gaps of more than five intervals: 1.000 s at 0.030 s.",
-        "Time goes backwards 1 times, first at row 8.",
-        "1 rows repeat the row before them.",
+        "1 gap of more than five intervals: 1.000 s at 0.030 s.",
+        "Time goes backwards 1 time, first at row 8.",
+        "1 row repeats the row before it.",
     ] {
         assert!(text.contains(line), "{text}");
     }

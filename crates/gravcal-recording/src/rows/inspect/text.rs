@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use crate::counted::counted;
 use crate::iso8601::{self, ISO_8601};
 
 use super::{ColumnFound, Inspection, Meaning, TimeFound};
@@ -31,7 +32,8 @@ impl fmt::Display for Inspection {
             }
         }
         if self.repeated > 0 {
-            writeln!(f, "{} rows repeat the row before them.", self.repeated)?;
+            let rows = ["row repeats the row before it", "rows repeat the row before them"];
+            writeln!(f, "{}.", counted(self.repeated, rows))?;
         }
         columns_text(f, &self.columns, self.time.as_ref())?;
         for doubt in self.pairing_doubt().into_iter().chain(self.topics_doubt()) {
@@ -82,13 +84,17 @@ fn time_text(f: &mut fmt::Formatter<'_>, time: &TimeFound) -> fmt::Result {
             .map(|gap| format!("{:.3} s at {}", gap.lasts_s, instant(Some(time), gap.at_s)))
             .collect();
         let more = if time.gaps > gaps.len() as u64 { ", …" } else { "" };
-        wrapped(f, "", &format!("{} gaps of more than five intervals: {}{more}.", time.gaps, gaps.join(", ")))?;
+        wrapped(
+            f,
+            "",
+            &format!("{} of more than five intervals: {}{more}.", counted(time.gaps, ["gap", "gaps"]), gaps.join(", ")),
+        )?;
     }
     if let Some(row) = time.first_backwards {
-        writeln!(f, "Time goes backwards {} times, first at row {row}.", time.backwards)?;
+        writeln!(f, "Time goes backwards {}, first at row {row}.", counted(time.backwards, ["time", "times"]))?;
     }
     if time.missing > 0 {
-        writeln!(f, "{} rows have no time.", time.missing)?;
+        writeln!(f, "{}.", counted(time.missing, ["row has no time", "rows have no time"]))?;
     }
     Ok(())
 }

@@ -41,7 +41,8 @@ impl Reader<'_> {
 
     fn enough(&self, field: &Field, poses: usize) -> Result<(), FileError> {
         let message = match poses {
-            0 | 1 => format!("{poses} poses identify nothing: expected 2 at least"),
+            0 => "0 poses identify nothing: expected 2 at least".to_owned(),
+            1 => "1 pose identifies nothing: expected 2 at least".to_owned(),
             _ if poses > MOST_POSES => format!("{poses} poses are too many: expected {MOST_POSES} at most"),
             _ => return Ok(()),
         };
