@@ -256,7 +256,7 @@ fn results_of_another_study_stay() {
     assert_eq!((refused.code, refused.refusal(&["another study", "--output"])), (BAD_INPUT, None));
     assert!(study.table("results") == before);
     let nothing = gravcal(["study", "report", &study.results("elsewhere").display().to_string()]);
-    assert_eq!((nothing.code, nothing.refusal(&["study.json"])), (BAD_INPUT, None));
+    assert_eq!((nothing.code, nothing.refusal(&["there is no such folder", "study.json"])), (BAD_INPUT, None));
 
     let other = Study::small(4);
     assert_eq!(other.run("results", &[]).code, 0);

@@ -38,6 +38,12 @@ pub enum BatchError {
         /// The link.
         path: PathBuf,
     },
+    /// There is no such folder.
+    #[error("{}: there is no such folder; name one with the results of a study, which has a study.json", folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// The folder holds no results of a study.
     #[error("{}: study.json cannot be read ({why}), so nothing tells of which study results here are; name another folder, or move \
          them away", folder.display())]

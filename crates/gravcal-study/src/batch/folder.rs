@@ -80,6 +80,9 @@ impl StudyFolder {
     /// # Errors
     /// There are none.
     pub fn open(path: &Path) -> Result<StudyFolder, BatchError> {
+        if !path.exists() {
+            return Err(BatchError::NoFolder { folder: path.to_owned() });
+        }
         let refuse = |why: String| BatchError::NoStudy { folder: path.to_owned(), why };
         let text = read_whole(&path.join(MANIFEST), LARGEST_RESULTS).map_err(|error| refuse(error.to_string()))?;
         let manifest: Manifest = serde_json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
