@@ -93,6 +93,7 @@ impl Export<'_> {
         }
         let remarks = match payloads.iter().any(|load| load.center_of_mass_m.is_some()) {
             true => payload::frame_remarks(&self.estimate.parameters),
+            false if payloads.is_empty() => vec![payload::NONE.to_owned()],
             false => Vec::new(),
         };
         let text = payload::text(payloads, gravity, &head(self, &payload::CONVENTION, &remarks));

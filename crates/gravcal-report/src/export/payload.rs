@@ -21,6 +21,9 @@ pub(super) const CONVENTION: [&str; 4] = [
     "Gravity is that in the frame of the base.",
 ];
 
+/// What is said where gravity is all that there is.
+pub(super) const NONE: &str = "no payload is in it, only the mount's gravity: the session has no load of unknown mass ([[load]] mass_kg = \"unknown\")";
+
 /// Offsets that no reading tells, on which the frames of links hang.
 pub(super) fn frame_remarks(parameters: &[EarlierParameter]) -> Vec<String> {
     let chosen = parameters.iter().filter(|parameter| parameter.held.as_deref() == Some(LAST_FRAME_CHOICE));

@@ -332,6 +332,13 @@ fn payloads_are_in_the_forms_of_the_makers() {
     }
 }
 
+#[test]
+fn without_a_load_of_unknown_mass_no_payload_is_told() {
+    let Exported { text, remarks } = export(&estimate(), false).to(ExportFormat::Payload).unwrap();
+    assert!(remarks.len() == 1 && remarks[0].starts_with("no payload is in it"), "{remarks:?}");
+    assert!(text.contains("# Note: no payload is in it") && text.contains("set_gravity(["), "{text}");
+}
+
 /// The last joint's offset turns the frame in which the centre of mass stands.
 #[test]
 fn a_held_offset_on_which_a_payload_hangs_is_told() {
