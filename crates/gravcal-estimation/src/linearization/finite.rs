@@ -14,5 +14,8 @@ pub(super) fn check_finite(problem: &Problem, values: &Values, sums: [&[f64]; 2]
         rows.linearize(factor, true)?;
         rows.check_jacobian(factor)?;
     }
-    Err(EvaluateError("the squares of the residuals' derivatives overflow: are the units right?".into()))
+    Err(EvaluateError(
+        "the squares of the residuals' derivatives overflow; check the units, and the sizes of what is given as known"
+            .into(),
+    ))
 }

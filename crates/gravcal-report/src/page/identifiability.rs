@@ -64,7 +64,7 @@ fn listed(heading: &str, undetermined: &[&Undetermined]) -> Markup {
             dl {
                 @for open in undetermined {
                     dt { (open.combination) }
-                    dd { (open.why) @if !open.cure.is_empty() { br; "Cure: " (open.cure) } }
+                    dd { (open.why) @if !open.cure.is_empty() { " " br; "Cure: " (open.cure) } }
                 }
             }
         }

@@ -21,7 +21,11 @@ fn report_one(result: &EstimatorResult, model: &ConsistentModel) -> String {
         text += &wrapped("  ", "    ", "Tensors are the file's: the arm stood.");
     }
     let growth = significant(model.chi_squared_growth, 2);
-    text += &wrapped("  ", "    ", &format!("They explain the readings worse than without it: χ² grows by {growth}."));
+    text += &wrapped(
+        "  ",
+        "    ",
+        &format!("The bodies explain the readings worse than the estimate does: χ² grows by {growth}."),
+    );
     let held_out = result.fit.as_ref().and_then(|fit| fit.held_out.as_ref());
     if let Some((consistent, without)) = model.held_out.as_ref().zip(held_out) {
         text += &wrapped("  ", "    ", &predictions(consistent, without));
@@ -38,7 +42,7 @@ pub(crate) fn predictions(consistent: &HeldOut, without: &HeldOut) -> String {
         .map(|(a, b)| format!("{} {} ({}) {}", a.joint, significant(a.rms, 3), significant(b.rms, 3), a.unit))
         .collect();
     let files = consistent.files.join(", ");
-    format!("held out: they predict {files} with rms (in brackets: without it) {}", by_joint.join(", "))
+    format!("held out: the bodies predict {files} with rms (in brackets: the estimate's) {}", by_joint.join(", "))
 }
 
 fn grid(model: &ConsistentModel) -> Grid {
@@ -93,9 +97,9 @@ Consistent inertias: rigid bodies nearest to the readings and to the robot's fil
         mass  centre x        y       z    I_xx    I_yy    I_zz
           kg         m        m       m   kg·m²   kg·m²   kg·m²
   arm  2.500    0.1000  -0.0500  0.0000  0.0200  0.0300  0.0150
-  They explain the readings worse than without it: χ² grows by 1.2.
-  held out: they predict other.csv with rms (in brackets: without it) joint1
-    0.912 (0.912) count
+  The bodies explain the readings worse than the estimate does: χ² grows by 1.2.
+  held out: the bodies predict other.csv with rms (in brackets: the estimate's)
+    joint1 0.912 (0.912) count
 "
         );
         assert_eq!(report(&[result("joint")]), "");

@@ -348,7 +348,8 @@ fn what_only_the_user_knows_is_asked_for() {
     let (currents, ..) = drafted("q1_deg,q2_deg,current1_A,current2_A\n0,0,1,2\n10,20,3.3,1\n20,50,-0.3,4\n");
     assert!(currents.contains("# torque_bias = { nominal = 0, unit = \"A\" }"), "{currents}");
     assert!(
-        notes[1].starts_with("what a unit of the sensor's own is to be filled in for shoulder, elbow"),
+        notes[1].starts_with("sensors read in units of their own: fill in")
+            && notes[1].ends_with("for shoulder, elbow"),
         "{notes:?}"
     );
     assert!(notes[2].contains("the mass of the load"), "{notes:?}");

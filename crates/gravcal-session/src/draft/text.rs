@@ -98,7 +98,10 @@ impl Draft<'_> {
         let own = self.joints.iter().filter(|joint| joint.is_missing_nominal());
         let own: Vec<&str> = own.map(|joint| joint.name.as_str()).collect();
         if !own.is_empty() {
-            notes.push(format!("what a unit of the sensor's own is to be filled in for {}", own.join(", ")));
+            let own = own.join(", ");
+            notes.push(format!(
+                "sensors read in units of their own: fill in the gains that stand as comments in the session, for {own}"
+            ));
         }
         if self.inspection.metadata.contains_key("load") {
             notes.push("the mass of the load that the recording names is to be filled in".to_owned());

@@ -55,7 +55,11 @@ impl Answer {
         let named = worst.into_iter().take(WORST).filter(|(_, times)| *times > CONTRADICTION);
         let named = named.map(|(channel, times)| format!("{} ({times:.0} times)", session.channel_name(channel)));
         let named: Vec<String> = named.collect();
-        Ok(if named.is_empty() { String::new() } else { format!("They are largest at {}. ", named.join(", ")) })
+        Ok(if named.is_empty() {
+            String::new()
+        } else {
+            format!("Residuals exceed their stated noise most at {}. ", named.join(", "))
+        })
     }
 }
 
