@@ -69,6 +69,8 @@ pub struct Standstills {
     pub instrument_settling: Vec<Settling>,
     /// What seemed to be standstills and is none.
     pub rejected: Vec<Rejected>,
+    /// How often each joint hardly moved, and moved on before it stood long enough to be looked at.
+    pub moved_on: Vec<u64>,
     /// Rows with a time, from first to last, without those left out by [`Stillness`].
     pub rows: u64,
     /// Rows that say the same as the row before at the same time, and were left out.
@@ -124,6 +126,7 @@ pub fn static_poses(
         torque_settling,
         instrument_settling,
         rejected,
+        moved_on: segments.moved_on().to_vec(),
         rows: segments.sampler.usage.samples + segments.sampler.usage.repeated,
         repeated: segments.sampler.usage.repeated,
         without_time: reader.without_time,

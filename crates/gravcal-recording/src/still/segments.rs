@@ -6,6 +6,9 @@ use crate::motion::channels::Channels;
 use crate::motion::rough_noise::Scales;
 use crate::motion::sampler::{Heard, Sampler, Samples};
 
+/// Where a joint stays for so many blocks it hardly moves; in a motion no two in succession are alike.
+const HARDLY_MOVED: usize = 4;
+
 /// Finds runs in samples.
 #[derive(Clone, Debug)]
 pub(super) struct Segments {
@@ -19,6 +22,7 @@ struct Finder {
     joints: usize,
     gates: Vec<f64>,
     runs: Runs,
+    moved_on: Vec<u64>,
 }
 
 impl Segments {
@@ -27,7 +31,7 @@ impl Segments {
         let sampler = Sampler::new(channels, first, interval);
         let joints = channels.joints;
         let gates = Runs::gates(joints, &sampler.scales);
-        Segments { sampler, finder: Finder { joints, gates, runs: Runs::new(joints) } }
+        Segments { sampler, finder: Finder { joints, gates, runs: Runs::new(joints), moved_on: vec![0; joints] } }
     }
 
     /// Takes the first samples.
@@ -50,6 +54,11 @@ impl Segments {
         &self.sampler.scales
     }
 
+    /// How often each joint moved on before it stood long enough to be looked at.
+    pub fn moved_on(&self) -> &[u64] {
+        &self.finder.moved_on
+    }
+
     /// How far each joint may be from where it stays.
     pub fn gates(&self) -> &[f64] {
         &self.finder.gates
@@ -60,8 +69,20 @@ impl Finder {
     fn hear(&mut self, heard: Heard<'_>, runs: &mut Vec<Run>) {
         match heard {
             Heard::Scales(scales) => self.gates = Runs::gates(self.joints, scales),
-            Heard::Block(block) => runs.extend(self.runs.take(block, &self.gates).filter(is_long)),
+            Heard::Block(block) => {
+                if let Some(run) = self.runs.take(block, &self.gates) {
+                    self.keep(run, runs);
+                }
+            }
             Heard::Interruption => runs.extend(self.runs.interrupt().filter(is_long)),
+        }
+    }
+
+    fn keep(&mut self, run: Run, runs: &mut Vec<Run>) {
+        if is_long(&run) {
+            runs.push(run);
+        } else if let (true, Some(joint)) = (run.blocks.len() >= HARDLY_MOVED, run.left_by) {
+            self.moved_on[joint] += 1;
         }
     }
 }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! is fitted to it from some `x` on. Its mean over what was kept of the standstills, `A` times that of `e^(−x/T)`, is in their means. How long it lasts
-//! beyond is not seen: `T` is ten times the whole course at most.
+//! beyond is not seen: `T` is ten times the whole course at most, or twice what was kept.
 
 use super::run::Run;
 use crate::motion::block::Block;
@@ -19,9 +19,10 @@ const PARTS: usize = 16;
 const LAST: usize = PARTS - PARTS / 4;
 /// Parts from which on the course is fitted: what settles fast at first may go on slowly.
 const FROM: [usize; 4] = [0, 2, 4, 7];
-/// Shortest and longest `T`, in the whole course, and how many between them.
+/// Shortest and longest `T`, in the course, and how many between them. What was kept tells little of a long one.
 const SHORTEST: f64 = 0.05;
 const LONGEST: f64 = 10.0;
+const LONGEST_KEPT: f64 = 2.0;
 const TIMES: usize = 24;
 /// A shorter `T`, in the whole course, has ended there but for a twentieth.
 const ENDS: f64 = 1.0 / 3.0;
@@ -140,10 +141,11 @@ fn relative(channel: usize, blocks: &[Block], [from, until]: [f64; 2]) -> Option
 }
 
 impl BothCourses {
-    /// What is left: seen in what was kept itself, and as large as the whole course says, which tells better how long it lasts.
+    /// What is left: seen in what was kept itself, and as large as that or the whole course says, which tells better how long it lasts.
     fn left(&self) -> Option<Left> {
-        let kept = self.kept.left()?;
-        self.whole.left().filter(|whole| whole.size * kept.size > 0.0).or(Some(kept))
+        let kept = self.kept.left(LONGEST_KEPT)?;
+        let whole = self.whole.left(LONGEST).filter(|whole| whole.size * kept.size > 0.0);
+        whole.into_iter().chain([kept]).max_by(|a, b| a.size.abs().total_cmp(&b.size.abs()))
     }
 }
 
@@ -155,14 +157,15 @@ impl Course {
         }
     }
 
-    /// What is left in the means over standstills: the largest of what is seen from any part on.
-    fn left(&self) -> Option<Left> {
-        let seen = FROM.into_iter().filter_map(|from| self.left_from(from));
-        seen.max_by(|a, b| a.size.abs().total_cmp(&b.size.abs()))
+    /// What is left in the means over standstills, by what explains the course best from any part on; nothing where none is seen.
+    fn left(&self, longest: f64) -> Option<Left> {
+        let fits = FROM.into_iter().filter_map(|from| self.fit_from(from, longest));
+        let (gain, left) = fits.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (gain > SEEN).then_some(left)
     }
 
-    /// The same, fitted from this part on; nothing where none is seen.
-    fn left_from<'a>(&'a self, from: usize) -> Option<Left> {
+    /// By how much χ² falls with what settles from this part on, and what is left of it; nothing where too little is known of the course.
+    fn fit_from<'a>(&'a self, from: usize, longest: f64) -> Option<(f64, Left)> {
         let of_part = |(part, own): (usize, &'a Scatter)| (middle(part), own);
         let told = |(_, own): &(f64, &Scatter)| own.count >= LEAST_STANDSTILLS && own.variance() > 0.0;
         // Of a slow recorder a sample falls into few parts only.
@@ -184,10 +187,9 @@ impl Course {
             let mean = time * (decay(begin) - decay(1.0)) / (1.0 - begin).max(1.0 / PARTS as f64);
             (along * along / square, Left { size: along / square * mean, ends: time < ENDS })
         };
-        let step = (LONGEST / SHORTEST).powf(1.0 / (TIMES - 1) as f64);
+        let step = (longest / SHORTEST).powf(1.0 / (TIMES - 1) as f64);
         let fits = (0..TIMES).map(|place| fit(SHORTEST * step.powi(place as i32)));
-        let (gain, left) = fits.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (gain > SEEN).then_some(left)
+        fits.max_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 

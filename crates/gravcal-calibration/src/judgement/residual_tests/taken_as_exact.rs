@@ -1,6 +1,7 @@
 //! What hangs on that which the session takes as exact.
 //!
-//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints, mountings of instruments, position sensors that are not eccentric: what is wrong of them passes for gains and offsets, so that residuals need not show it.
+//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints, mountings of instruments, position sensors that are not eccentric, zeros of torque sensors that are the same in all
+//! tables: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
 use gravcal_estimation::BlockId;
@@ -23,6 +24,9 @@ const BENDS: f64 = 0.05 * std::f64::consts::PI / 180.0;
 const TURNED: f64 = 0.2 * std::f64::consts::PI / 180.0;
 /// How far an eccentric position sensor is off, to either side once over a turn, rad.
 const ECCENTRIC: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// By how much the zero of a torque sensor is another in the next recording, in what its readings span; of more tables it is not asked.
+const SHIFTED: f64 = 1e-3;
+const MOST_TABLES: usize = 6;
 /// By how many of its standard deviations that must move a number to be worth a remark.
 const REMARKABLE: f64 = 2.0;
 
@@ -53,6 +57,7 @@ impl Search<'_> {
             (!included(&|kind| matches!(kind, ResidualTestKind::LoadPlacement { .. }))).then(|| self.places_of_loads()),
             (!included(&|kind| matches!(kind, ResidualTestKind::Compliance))).then(|| self.stiffness()),
             Some(self.mountings()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::Tables { .. }))).then(|| self.zeros()),
             (!included(&|kind| matches!(kind, ResidualTestKind::PositionHarmonic { .. })))
                 .then(|| self.position_sensors()),
         ];
@@ -120,6 +125,25 @@ impl Search<'_> {
             ),
             cure: "measure the mounting; of an accelerometer state mounting_std_deg",
             columns: turned.map(|column| column.iter().map(|entry| TURNED * entry).collect()).collect(),
+        }
+    }
+
+    /// Of torque sensors, in another table than the first.
+    fn zeros(&self) -> Exact {
+        let joints = 0..self.session.joints.len();
+        let few = self.columns.tables_of_all().len() <= MOST_TABLES;
+        let of_joint = |joint: usize| {
+            let other = SHIFTED * self.solved.readings().spreads[joint];
+            let of_table = move |column: Vec<f64>| column.into_iter().map(|entry| other * entry).collect();
+            self.columns.of(joint, &Term::Tables).into_iter().map(of_table)
+        };
+        Exact {
+            wrong: format!(
+                "the zero of each torque sensor were another in each file, by {} % of what its readings span",
+                significant(100.0 * SHIFTED, 1)
+            ),
+            cure: "record poses with and without load by turns, in one recording",
+            columns: joints.filter(|_| few).flat_map(of_joint).collect(),
         }
     }
 

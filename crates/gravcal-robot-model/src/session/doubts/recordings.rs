@@ -4,6 +4,9 @@ use gravcal_recording::file_name;
 
 use crate::session::{Searched, Session};
 
+/// So often, and so many times as often as it stands, an arm that creeps moves on.
+const OFTEN: u64 = 20;
+const CREEPS: u64 = 4;
 /// A clock runs for so many rows between two beginnings at least.
 const FEWEST_BETWEEN: usize = 10;
 /// Losses that are told of each recording.
@@ -11,10 +14,13 @@ const TOLD: usize = 3;
 
 /// One sentence for each.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
-    let of_recordings = session
-        .searched
-        .iter()
-        .flat_map(|searched| clock(searched).into_iter().chain(lost(searched)).chain(alternating(searched)));
+    let of_recordings = session.searched.iter().flat_map(|searched| {
+        clock(searched)
+            .into_iter()
+            .chain(lost(searched))
+            .chain(alternating(searched))
+            .chain(creeping(session, searched))
+    });
     of_recordings.chain(begun_anew(session)).collect()
 }
 
@@ -52,6 +58,28 @@ fn lost(searched: &Searched) -> Option<String> {
         format!(
             "Not all of {} is read: {told}{more}. What is left counts: look whether that is enough.",
             file_name(path)
+        )
+    })
+}
+
+/// Joints that creep through most of what would be standstills.
+fn creeping(session: &Session, searched: &Searched) -> Option<String> {
+    let standstills = searched.standstills.as_ref()?;
+    let most = standstills.moved_on.iter().copied().max()?;
+    let found = standstills.found.len() as u64;
+    let names: Vec<&str> = standstills
+        .moved_on
+        .iter()
+        .zip(session.robot.chain.joints())
+        .filter(|(times, _)| 2 * **times > most)
+        .map(|(_, joint)| joint.name.as_str())
+        .collect();
+    (most >= OFTEN && most > CREEPS * found).then(|| {
+        format!(
+            "{}: {most} times the arm hardly moved, and {} moved on before it stood long enough: beside {found} standstills. It creeps, or its position is \
+             read so finely that it seems to. Let it come to rest, or take the recording as one of an arm in motion (readings.motion = {{}}).",
+            file_name(&searched.path),
+            names.join(", ")
         )
     })
 }
