@@ -8,8 +8,8 @@
 //!     y(x) = A (e^(−x/T) − m),      m: mean of e^(−x/T) over the last quarter
 //! ```
 //!
-//! is fitted to it from some `x` on. Its mean over what was kept of the standstills, `A` times that of `e^(−x/T)`, is in their means. How long it lasts
-//! beyond is not seen: `T` is ten times the whole course at most, or twice what was kept.
+//! is fitted to it from some `x` on. `A` times the mean of `e^(−x/T)` over what was kept is in the means of standstills: `A` is what was kept shows, and `T`
+//! that of the whole course where what was kept shows it, too. How long it lasts beyond is not seen: `T` is ten times the whole course at most.
 
 use super::run::Run;
 use crate::motion::block::Block;
@@ -141,12 +141,31 @@ fn relative(channel: usize, blocks: &[Block], [from, until]: [f64; 2]) -> Option
 }
 
 impl BothCourses {
-    /// What is left: seen in what was kept itself, and as large as that or the whole course says, which tells better how long it lasts.
+    /// What is left, as it is seen in what was kept. How long it lasts the whole course tells better; but what was kept must show it with that, too.
     fn left(&self) -> Option<Left> {
-        let kept = self.kept.left(LONGEST_KEPT)?;
-        let whole = self.whole.left(LONGEST).filter(|whole| whole.size * kept.size > 0.0);
-        whole.into_iter().chain([kept]).max_by(|a, b| a.size.abs().total_cmp(&b.size.abs()))
+        let of_kept = self.kept.best(times(LONGEST_KEPT))?;
+        let in_kept = |whole: Fit| whole.time / (1.0 - self.whole.kept_from.mean).max(1.0 / PARTS as f64);
+        let longer = self.whole.best(times(LONGEST)).and_then(|whole| self.kept.best(std::iter::once(in_kept(whole))));
+        let longer = longer.filter(|longer| longer.left / of_kept.left > 1.0);
+        let Fit { time, left, .. } = longer.unwrap_or(of_kept);
+        Some(Left { size: left, ends: time < ENDS })
     }
+}
+
+/// A course that settles in `T`, in the whole of it.
+#[derive(Clone, Copy, Debug)]
+struct Fit {
+    time: f64,
+    /// By how much χ² falls with it.
+    gain: f64,
+    /// What is left of it in the mean over the course, unit of the reading.
+    left: f64,
+}
+
+/// From [`SHORTEST`] on, by even ratios.
+fn times(longest: f64) -> impl Iterator<Item = f64> + Clone {
+    let step = (longest / SHORTEST).powf(1.0 / (TIMES - 1) as f64);
+    (0..TIMES).map(move |place| SHORTEST * step.powi(place as i32))
 }
 
 impl Course {
@@ -157,39 +176,28 @@ impl Course {
         }
     }
 
-    /// What is left in the means over standstills, by what explains the course best from any part on; nothing where none is seen.
-    fn left(&self, longest: f64) -> Option<Left> {
-        let fits = FROM.into_iter().filter_map(|from| self.fit_from(from, longest));
-        let (gain, left) = fits.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (gain > SEEN).then_some(left)
+    /// What explains the course best, of these times, from any part on; nothing where none is seen.
+    fn best(&self, times: impl Iterator<Item = f64> + Clone) -> Option<Fit> {
+        let fits = FROM.into_iter().flat_map(|from| times.clone().filter_map(move |time| self.fit(from, time)));
+        fits.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|best| best.gain > SEEN)
     }
 
-    /// By how much χ² falls with what settles from this part on, and what is left of it; nothing where too little is known of the course.
-    fn fit_from<'a>(&'a self, from: usize, longest: f64) -> Option<(f64, Left)> {
-        let of_part = |(part, own): (usize, &'a Scatter)| (middle(part), own);
-        let told = |(_, own): &(f64, &Scatter)| own.count >= LEAST_STANDSTILLS && own.variance() > 0.0;
-        // Of a slow recorder a sample falls into few parts only.
-        let parts: Vec<(f64, &Scatter)> = self.parts.iter().enumerate().skip(from).map(of_part).filter(told).collect();
-        if parts.len() < LEAST_PARTS {
-            return None;
-        }
-        let fit = |time: f64| {
-            let decay = |x: f64| (-x / time).exp();
-            let last = (LAST..PARTS).map(|part| decay(middle(part))).sum::<f64>() / (PARTS - LAST) as f64;
-            let (mut along, mut square) = (0.0, 0.0);
-            for (x, part) in &parts {
-                let shape = decay(*x) - last;
-                along += shape * part.mean / part.variance();
-                square += shape * shape / part.variance();
+    /// What settles in this time, fitted from this part on; nothing where too little is known of the course.
+    fn fit(&self, from: usize, time: f64) -> Option<Fit> {
+        let decay = |x: f64| (-x / time).exp();
+        let last = (LAST..PARTS).map(|part| decay(middle(part))).sum::<f64>() / (PARTS - LAST) as f64;
+        let (mut along, mut square, mut told) = (0.0, 0.0, 0);
+        for (part, own) in self.parts.iter().enumerate().skip(from) {
+            // Of a slow recorder a sample falls into few parts only.
+            if own.count >= LEAST_STANDSTILLS && own.variance() > 0.0 {
+                let shape = decay(middle(part)) - last;
+                along += shape * own.mean / own.variance();
+                square += shape * shape / own.variance();
+                told += 1;
             }
-            // Over what was kept.
-            let begin = self.kept_from.mean;
-            let mean = time * (decay(begin) - decay(1.0)) / (1.0 - begin).max(1.0 / PARTS as f64);
-            (along * along / square, Left { size: along / square * mean, ends: time < ENDS })
-        };
-        let step = (longest / SHORTEST).powf(1.0 / (TIMES - 1) as f64);
-        let fits = (0..TIMES).map(|place| fit(SHORTEST * step.powi(place as i32)));
-        fits.max_by(|a, b| a.0.total_cmp(&b.0))
+        }
+        let mean = time * (1.0 - decay(1.0));
+        (told >= LEAST_PARTS).then(|| Fit { time, gain: along * along / square, left: along / square * mean })
     }
 }
 
