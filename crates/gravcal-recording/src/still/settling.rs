@@ -2,10 +2,10 @@
 //!
 //! Each standstill is cut off where its own noise hides what is left of settling. What is hidden there is no noise: it has the same sign after each stop,
 //! or that of the last motion, and adds up in a bias, or passes for friction. So each reading's course, by share `x` of the time that was kept and of that
-//! since the last motion, less its mean over the last quarter, is averaged over all standstills, as it is and with the sign of its joint's last motion, and
+//! since the last motion, less its mean, is averaged over all standstills, as it is and with the sign of its joint's last motion, and
 //!
 //! ```text
-//!     y(x) = A (e^(−x/T) − m),      m: mean of e^(−x/T) over the last quarter
+//!     y(x) = A e^(−x/T) + c
 //! ```
 //!
 //! is fitted to it from some `x` on. `A` times the mean of `e^(−x/T)` over what was kept is in the means of standstills: `A` is what was kept shows, and `T`
@@ -14,9 +14,8 @@
 use super::run::Run;
 use crate::motion::block::Block;
 
-/// Parts of the course after a motion, and those of them that make up its last quarter.
+/// Parts of the course.
 const PARTS: usize = 16;
-const LAST: usize = PARTS - PARTS / 4;
 /// Parts from which on the course is fitted: what settles fast at first may go on slowly.
 const FROM: [usize; 4] = [0, 2, 4, 7];
 /// Shortest and longest `T`, in the course, and how many between them. What was kept tells little of a long one.
@@ -26,9 +25,9 @@ const LONGEST_KEPT: f64 = 2.0;
 const TIMES: usize = 24;
 /// A shorter `T`, in the whole course, has ended there but for a twentieth.
 const ENDS: f64 = 1.0 / 3.0;
-/// Fewer parts tell no course, and fewer standstills nothing of what they have in common.
-const LEAST_PARTS: usize = 3;
-const LEAST_STANDSTILLS: f64 = 8.0;
+/// Fewer parts tell no course, and of fewer standstills noise alone looks like one more often than once in a thousand times.
+const LEAST_PARTS: usize = 4;
+const LEAST_STANDSTILLS: f64 = 15.0;
 /// By how much χ² falls where there is some: five standard deviations, for so many that are tried.
 const SEEN: f64 = 25.0;
 
@@ -67,7 +66,7 @@ struct BothCourses {
 /// The mean course over standstills.
 #[derive(Clone, Debug, Default)]
 struct Course {
-    parts: [Scatter; LAST],
+    parts: [Scatter; PARTS],
     /// Share of the course from which on it counts as standing, mean over the standstills.
     kept_from: Scatter,
 }
@@ -121,8 +120,8 @@ impl Courses {
     }
 }
 
-/// A channel's means over parts of a time, less that over the last quarter; nothing where it says nothing there.
-fn relative(channel: usize, blocks: &[Block], [from, until]: [f64; 2]) -> Option<[Option<f64>; LAST]> {
+/// A channel's means over parts of a time, less that over all of it; nothing where it says nothing there.
+fn relative(channel: usize, blocks: &[Block], [from, until]: [f64; 2]) -> Option<[Option<f64>; PARTS]> {
     let mut sums = [(0.0, 0.0); PARTS];
     for block in blocks {
         let (x, sum) = ((0.5 * (block.from + block.until) - from) / (until - from), block.sums[channel]);
@@ -132,12 +131,9 @@ fn relative(channel: usize, blocks: &[Block], [from, until]: [f64; 2]) -> Option
             *total += sum.count * sum.mean;
         }
     }
-    let (count, total) = sums[LAST..].iter().fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1));
+    let (count, total) = sums.iter().fold((0.0, 0.0), |all, own| (all.0 + own.0, all.1 + own.1));
     let level = (count > 0.0).then(|| total / count)?;
-    Some(std::array::from_fn(|part| {
-        let (count, total) = sums[part];
-        (count > 0.0).then(|| total / count - level)
-    }))
+    Some(sums.map(|(count, total)| (count > 0.0).then(|| total / count - level)))
 }
 
 impl BothCourses {
@@ -169,7 +165,7 @@ fn times(longest: f64) -> impl Iterator<Item = f64> + Clone {
 }
 
 impl Course {
-    fn take(&mut self, course: &[Option<f64>; LAST], kept_from: f64, sign: f64) {
+    fn take(&mut self, course: &[Option<f64>; PARTS], kept_from: f64, sign: f64) {
         self.kept_from.take(kept_from);
         for (part, value) in self.parts.iter_mut().zip(course) {
             value.iter().for_each(|value| part.take(sign * value));
@@ -182,22 +178,23 @@ impl Course {
         fits.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|best| best.gain > SEEN)
     }
 
-    /// What settles in this time, fitted from this part on; nothing where too little is known of the course.
+    /// What settles in this time to a level of its own, fitted from this part on; nothing where too little is known of the course.
     fn fit(&self, from: usize, time: f64) -> Option<Fit> {
         let decay = |x: f64| (-x / time).exp();
-        let last = (LAST..PARTS).map(|part| decay(middle(part))).sum::<f64>() / (PARTS - LAST) as f64;
-        let (mut along, mut square, mut told) = (0.0, 0.0, 0);
-        for (part, own) in self.parts.iter().enumerate().skip(from) {
-            // Of a slow recorder a sample falls into few parts only.
-            if own.count >= LEAST_STANDSTILLS && own.variance() > 0.0 {
-                let shape = decay(middle(part)) - last;
-                along += shape * own.mean / own.variance();
-                square += shape * shape / own.variance();
-                told += 1;
-            }
+        let parts = self.parts.iter().enumerate().skip(from);
+        // Of a slow recorder a sample falls into few parts only.
+        let told = parts.filter(|(_, own)| own.count >= LEAST_STANDSTILLS && own.variance() > 0.0);
+        let told: Vec<(f64, f64, f64)> =
+            told.map(|(part, own)| (decay(middle(part)), own.mean, 1.0 / own.variance())).collect();
+        if told.len() < LEAST_PARTS {
+            return None;
         }
+        let all: f64 = told.iter().map(|(.., weight)| weight).sum();
+        let level = told.iter().map(|(shape, _, weight)| weight * shape).sum::<f64>() / all;
+        let along: f64 = told.iter().map(|(shape, mean, weight)| weight * (shape - level) * mean).sum();
+        let square: f64 = told.iter().map(|(shape, _, weight)| weight * (shape - level).powi(2)).sum();
         let mean = time * (1.0 - decay(1.0));
-        (told >= LEAST_PARTS).then(|| Fit { time, gain: along * along / square, left: along / square * mean })
+        (square > 0.0).then(|| Fit { time, gain: along * along / square, left: along / square * mean })
     }
 }
 
