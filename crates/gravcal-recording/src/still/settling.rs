@@ -245,13 +245,13 @@ mod tests {
 
     #[test]
     fn what_noise_hides_in_each_standstill_is_seen_in_all_and_told_as_it_is_in_the_means() {
-        // The mean of e^(−t/T) over the kept second.
-        let mean = |time: f64| time * ((-1.0 / time).exp() - (-2.0 / time).exp());
-        for time in [0.3, 0.6, 2.0] {
-            let Settling { common, by_direction } = settling(|_| 0.02, time, 1.0);
+        // The mean of e^(−t/T) over the kept second and a half.
+        let mean = |time: f64| time * ((-0.5 / time).exp() - (-2.0 / time).exp()) / 1.5;
+        for time in [0.3, 1.0, 2.0] {
+            let Settling { common, by_direction } = settling(|_| 0.02, time, 1.5);
             let (left, expected) = (common.unwrap(), 0.02 * mean(time));
             assert!((left.size / expected - 1.0).abs() < 0.3, "{time}: {left:?}, {expected}");
-            assert_eq!(left.ends, time < 1.0, "{time}");
+            assert_eq!(left.ends, time < 0.5, "{time}");
             // The sides are not evenly spread.
             assert!(by_direction.is_none_or(|left| left.size.abs() < 0.6 * expected), "{by_direction:?}");
         }
@@ -259,8 +259,8 @@ mod tests {
 
     #[test]
     fn what_goes_with_the_side_is_told_by_it_and_noise_is_nothing() {
-        let Settling { by_direction, .. } = settling(|side| 0.02 * side, 0.3, 1.0);
+        let Settling { by_direction, .. } = settling(|side| 0.02 * side, 0.3, 1.5);
         assert!(by_direction.is_some_and(|left| left.size > 0.0 && left.ends), "{by_direction:?}");
-        assert_eq!(settling(|_| 0.0, 0.3, 1.0), Settling::default());
+        assert_eq!(settling(|_| 0.0, 0.3, 1.5), Settling::default());
     }
 }
