@@ -64,12 +64,9 @@ impl ChangedLoad {
         };
         let when =
             self.seconds(session).map_or_else(String::new, |seconds| format!(", about {} s", significant(seconds, 3)));
-        let [these, with] = match self.change {
-            Change { after, load } => [
-                if after { "from there on" } else { "before" },
-                if load.is_some() { "with that load" } else { "without load" },
-            ],
-        };
+        let Change { after, load } = self.change;
+        let these = if after { "from there on" } else { "before" };
+        let with = if load.is_some() { "with that load" } else { "without load" };
         let cure = format!(
             "If so, the poses {these} belong to a [[poses]] {with} (a file of their own, or the same file twice, with until_s and from_s where the \
              load changes{when}), or are left out."

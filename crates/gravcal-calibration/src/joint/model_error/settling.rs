@@ -56,12 +56,12 @@ impl Solved {
             let of_axes = axes.map(|(axis, own)| (session.joints.len() + axis, own));
             for (channel, Settling { common, by_direction }) in of_joints.chain(of_axes) {
                 let side = |pose: &Pose| pose.conditions.direction.get(channel).copied().unwrap_or(0.0);
-                let kinds: [(&Option<Left>, &dyn Fn(&Pose) -> f64); 2] = [(common, &|_| 1.0), (by_direction, &side)];
-                for (left, sign) in kinds {
+                for (left, goes_with_side) in [(common, false), (by_direction, true)] {
                     let Some(left) = *left else { continue };
                     let errors = self.errors_of(session, |id| {
                         let pose = &session.poses[id.pose];
-                        if id.channel == channel && stood(pose) { left.size * sign(pose) } else { 0.0 }
+                        let sign = if goes_with_side { side(pose) } else { 1.0 };
+                        if id.channel == channel && stood(pose) { left.size * sign } else { 0.0 }
                     });
                     causes.extend(errors.map(|errors| Cause { channel, left, errors }));
                 }

@@ -88,5 +88,5 @@ fn shift(sweep: &Sweep) -> Option<f64> {
     };
     let (up, down) = (speed(0)?, speed(1)?);
     let share = (up + down) / (up - down);
-    (share.is_finite() && share.abs() < 1.0).then(|| half.value * share)
+    (share.is_finite() && share.abs() < 1.0).then_some(half.value * share)
 }
