@@ -114,7 +114,9 @@ pub use rows::{
 pub use selection::{MotionLimits, Selection};
 pub use slopes_ahead::SlopesAhead;
 pub use static_pose::{Reading, StaticPose};
-pub use still::{Left, Reason, Rejected, Settling, Spread, Standstill, Standstills, Stillness, static_poses};
+pub use still::{
+    Reason, Rejected, RemainingSettling, Settling, Spread, Standstill, Standstills, Stillness, static_poses,
+};
 pub use suggest::nearest_name;
 pub use sweep::{
     RejectedStroke, SparseBins, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, WIDEST_BIN, slow_sweeps,

@@ -125,6 +125,21 @@ fn a_load_that_fell_off_is_named_with_the_place() {
     assert!(result.verdict == Verdict::Failed && result.notes[0].contains("belong to a [[poses]] without load"));
 }
 
+/// Poses that are said to be bare, and carry the load: the first of the table without.
+#[test]
+fn a_load_that_is_still_there_is_named_with_the_place() {
+    let mut session = readings();
+    session.poses.iter_mut().filter(|pose| pose.load.is_none()).for_each(|pose| pose.line += 100);
+    for (number, pose) in session.poses.iter_mut().filter(|pose| pose.load.is_some()).take(12).enumerate() {
+        (pose.table, pose.load, pose.line) = (0, None, 1 + number as u64);
+    }
+    session.poses.sort_by_key(|pose| (pose.table, pose.line));
+    let result = estimate(&session);
+    let first = session.poses.iter().map(|pose| pose.line).find(|line| *line > 100).unwrap();
+    let named = format!("load plate still there before about line {first} of bare.csv");
+    assert_eq!((result.termination, result.verdict), (named, Verdict::Failed), "{:?}", result.notes);
+}
+
 /// From some pose on, or always.
 #[test]
 fn a_position_sensor_that_is_stuck_is_the_first_thing_to_look_at() {

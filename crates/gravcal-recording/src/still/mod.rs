@@ -42,7 +42,7 @@ use segments::Segments;
 use standstill::{Assessed, Assessment};
 
 pub use rejected::{Reason, Rejected};
-pub use settling::{Left, Settling};
+pub use settling::{RemainingSettling, Settling};
 pub use standstill::{Spread, Standstill};
 
 /// What a standstill is, beyond what the recording says itself.

@@ -8,8 +8,8 @@
 //!     y(x) = A e^(−x/T) + c
 //! ```
 //!
-//! is fitted to it from some `x` on. `A` times the mean of `e^(−x/T)` over what was kept is in the means of standstills: `A` is what was kept shows, and `T`
-//! that of the whole course where what was kept shows it, too. How long it lasts beyond is not seen: `T` is ten times the whole course at most.
+//! is fitted to it from some `x` on. The means of standstills then hold `A` times the mean of `e^(−x/T)` over what was kept. What was kept tells `A`; the whole course
+//! tells `T`, where what was kept shows settling with that `T`, too. How long it lasts beyond is not seen: `T` is ten times the whole course at most.
 
 use super::run::Run;
 use crate::motion::block::Block;
@@ -35,14 +35,14 @@ const SEEN: f64 = 25.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settling {
     /// The same after each stop.
-    pub common: Option<Left>,
+    pub common: Option<RemainingSettling>,
     /// To be taken with the sign of the joint's last motion.
-    pub by_direction: Option<Left>,
+    pub by_direction: Option<RemainingSettling>,
 }
 
 /// Some of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Left {
+pub struct RemainingSettling {
     /// Unit of the reading.
     pub size: f64,
     /// Whether standstills last long enough to see its end.
@@ -138,13 +138,13 @@ fn relative(channel: usize, blocks: &[Block], [from, until]: [f64; 2]) -> Option
 
 impl BothCourses {
     /// What is left, as it is seen in what was kept. How long it lasts the whole course tells better; but what was kept must show it with that, too.
-    fn left(&self) -> Option<Left> {
+    fn left(&self) -> Option<RemainingSettling> {
         let of_kept = self.kept.best(times(LONGEST_KEPT))?;
         let in_kept = |whole: Fit| whole.time / (1.0 - self.whole.kept_from.mean).max(1.0 / PARTS as f64);
         let longer = self.whole.best(times(LONGEST)).and_then(|whole| self.kept.best(std::iter::once(in_kept(whole))));
         let longer = longer.filter(|longer| longer.left / of_kept.left > 1.0);
         let Fit { time, left, .. } = longer.unwrap_or(of_kept);
-        Some(Left { size: left, ends: time < ENDS })
+        Some(RemainingSettling { size: left, ends: time < ENDS })
     }
 }
 

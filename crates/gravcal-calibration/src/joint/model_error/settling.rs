@@ -5,7 +5,7 @@
 //! off by what such errors of the readings make of it.
 
 use gravcal_estimation::statistics::StatisticsError;
-use gravcal_recording::{Left, Settling};
+use gravcal_recording::{RemainingSettling, Settling};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::{Pose, Session};
 
@@ -23,7 +23,7 @@ pub(in crate::joint) struct LeftToSettle {
 /// One cause: a channel of a recording.
 struct Cause {
     channel: usize,
-    left: Left,
+    left: RemainingSettling,
     errors: Vec<f64>,
 }
 
@@ -102,4 +102,47 @@ fn in_words(session: &Session, causes: &[&Cause]) -> String {
          passes for a bias, or for friction. {end} Let the arm stand longer after each motion.",
         listed.join(", ")
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::LossName;
+    use gravcal_recording::Standstills;
+    use gravcal_robot_model::parameter::SensorParameter;
+    use gravcal_robot_model::session::Searched;
+
+    use super::*;
+    use crate::joint::{Signals, select, solve};
+    use crate::testing::{sarcos_shoulder, with_environment};
+
+    /// Readings of a joint that are all off by so much have their bias off by that, and nothing else, with and without a loss.
+    #[test]
+    fn what_is_left_in_all_readings_of_a_joint_is_in_its_bias() {
+        for loss in [None, Some(LossName::Huber)] {
+            let mut session = sarcos_shoulder().session(0);
+            session.poses.iter_mut().for_each(|pose| pose.sweep_label = None);
+            session.loss = loss.map_or(session.loss, LossName::efficient);
+            let left = RemainingSettling { size: 2.0, ends: true };
+            let second = Settling { common: Some(left), by_direction: None };
+            let found = Standstills {
+                torque_settling: vec![Settling::default(), second, Settling::default()],
+                ..Standstills::default()
+            };
+            let mut paths: Vec<_> = session.tables.iter().map(|table| table.path.clone()).collect();
+            paths.dedup();
+            let searched = |path| Searched { path, standstills: Some(found.clone()), ..Searched::default() };
+            session.searched = paths.into_iter().map(searched).collect();
+            let readings = select(&session, Signals::All);
+            let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
+            let LeftToSettle { moved, told } = solved.left_to_settle(&session).unwrap();
+            let sum = |column: usize| moved.iter().map(|own| own[column]).sum::<f64>();
+            for (joint, off) in [(0, 0.0), (1, 2.0), (2, 0.0)] {
+                let bias = solved.built.variables.sensors[joint][SensorParameter::TorqueBias as usize];
+                let columns = solved.judged_problem().columns_of(bias);
+                columns
+                    .for_each(|column| assert!((sum(column) - off).abs() < 1e-6, "{loss:?} {joint}: {}", sum(column)));
+            }
+            assert!(told.is_some_and(|(ends, words)| ends && words.contains("of joint2 (2")), "{loss:?}");
+        }
+    }
 }

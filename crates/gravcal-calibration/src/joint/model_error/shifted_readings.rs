@@ -1,6 +1,7 @@
 //! Readings that may all be off in a way that is known, and that residuals need not show: what it does to every number.
 
 use gravcal_estimation::statistics::{Solution, StatisticsError, moved_by};
+use gravcal_estimation::{Loss, RankAnalysis};
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::solved::Solved;
@@ -33,9 +34,9 @@ impl Solved {
     /// Where a residual cannot be evaluated.
     pub(super) fn shifted_by(&self, session: &Session, errors: &[Vec<f64>]) -> Result<Vec<Shifted>, StatisticsError> {
         let (problem, covariance) = (self.judged_problem(), self.covariance());
-        let asked = session.parameters().into_iter().map(|id| self.built.variables.block(id));
-        let columns: Vec<usize> = asked.flat_map(|block| problem.columns_of(block)).collect();
-        let solution = Solution { problem, values: &self.estimate.values, analysis: &self.analysis };
+        let variables = &self.built.variables;
+        let told = session.parameters().into_iter().map(|id| variables.block(id)).chain([variables.gravity]);
+        let columns: Vec<usize> = told.flat_map(|block| problem.columns_of(block)).collect();
         let shifted = |moved: Vec<f64>| {
             let far = |column: &usize| {
                 let std = covariance.std(*column);
@@ -43,6 +44,19 @@ impl Solved {
             };
             Shifted { matters: columns.iter().any(far), moved }
         };
-        Ok(moved_by(&solution, errors)?.into_iter().map(shifted).collect())
+        Ok(self.moved_by_errors(errors)?.into_iter().map(shifted).collect())
+    }
+
+    /// By how much each column is off. Under a loss the solution is that of least squares with each row's weight.
+    fn moved_by_errors(&self, errors: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, StatisticsError> {
+        let (problem, values) = (self.judged_problem(), &self.estimate.values);
+        if self.built.loss == Loss::None || errors.is_empty() {
+            return moved_by(&Solution { problem, values, analysis: &self.analysis }, errors);
+        }
+        let (weighted, weights) = (problem.weighted_at(values)?, problem.weights(values)?);
+        let analysis = RankAnalysis::new(&weighted, values)?;
+        let counted = |errors: &Vec<f64>| errors.iter().zip(&weights).map(|(e, weight)| e * weight.sqrt()).collect();
+        let errors: Vec<Vec<f64>> = errors.iter().map(counted).collect();
+        moved_by(&Solution { problem: &weighted, values, analysis: &analysis }, &errors)
     }
 }

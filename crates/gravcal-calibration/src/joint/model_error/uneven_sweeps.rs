@@ -90,3 +90,26 @@ fn shift(sweep: &Sweep) -> Option<f64> {
     let share = (up + down) / (up - down);
     (share.is_finite() && share.abs() < 1.0).then_some(half.value * share)
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_recording::{Conditions, Reading, StaticPose, SweptBin};
+
+    use super::*;
+
+    /// A joint that takes 3 N·m and has viscous friction of 2 N·m·s, swept up and down at these speeds: the mean of both ways, less 3, is what may be off.
+    #[test]
+    fn friction_that_is_all_viscous_is_what_the_mean_is_off() {
+        for [up, down] in [[0.1, 0.1], [0.3, 0.1], [0.05, 0.2]] {
+            let side = |speed: f64| StaticPose {
+                torque: vec![Some(Reading { value: 3.0 + 2.0 * speed, std: None })],
+                conditions: Conditions { velocity: vec![speed], ..Conditions::default() },
+                ..StaticPose::default()
+            };
+            let bins = vec![SweptBin { sides: [side(up), side(-down)] }; 3];
+            let sweep = Sweep { joint: 0, bins, ..Sweep::default() };
+            let mean: Vec<f64> = sweep.poses(false).filter_map(|pose| Some(pose.torque[0]?.value)).collect();
+            assert!(mean.iter().all(|mean| (mean - 3.0 - shift(&sweep).unwrap()).abs() < 1e-12), "{mean:?}");
+        }
+    }
+}

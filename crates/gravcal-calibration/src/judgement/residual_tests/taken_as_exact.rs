@@ -7,6 +7,7 @@
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::{StatisticsError, moved_by};
 use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 
 use super::columns::Term;
 use super::search::Search;
@@ -38,6 +39,8 @@ struct Exact {
     cure: &'static str,
     /// What that does to the whitened residuals.
     columns: Vec<Vec<f64>>,
+    /// Numbers that would be others themselves, not off.
+    itself: Option<SensorParameter>,
 }
 
 impl Search<'_> {
@@ -62,8 +65,8 @@ impl Search<'_> {
                 .then(|| self.position_sensors()),
         ];
         let mut taken = Vec::new();
-        for Exact { wrong, cure, columns } in exact.into_iter().flatten() {
-            if let Some((parameter, off_in_std)) = self.moved_most(judgement, &columns, moved)? {
+        for Exact { wrong, cure, columns, itself } in exact.into_iter().flatten() {
+            if let Some((parameter, off_in_std)) = self.moved_most(judgement, &columns, itself, moved)? {
                 taken.push(TakenAsExact { wrong, parameter, off_in_std, cure: cure.to_owned() });
             }
         }
@@ -78,6 +81,7 @@ impl Search<'_> {
             ),
             cure: "state [inertia] length_std_m",
             columns: self.all_aside(|term| matches!(term, Term::JointPlacement(_)), ASIDE),
+            itself: None,
         }
     }
 
@@ -89,6 +93,7 @@ impl Search<'_> {
             ),
             cure: "state [inertia] axis_std_deg",
             columns: self.all_aside(|term| matches!(term, Term::JointTilt(_)), TILTED),
+            itself: None,
         }
     }
 
@@ -97,6 +102,7 @@ impl Search<'_> {
             wrong: format!("each load were {} mm off, along x, y and z, from where position_m says", 1e3 * ASIDE),
             cure: "state position_std_m of the load",
             columns: self.all_aside(|term| matches!(term, Term::LoadPlacement(_)), ASIDE),
+            itself: None,
         }
     }
 
@@ -113,6 +119,7 @@ impl Search<'_> {
             wrong: format!("each joint bent by {}° under its largest torque", significant(BENDS.to_degrees(), 1)),
             cure: "state [deflection] compliance_std_rad_per_newton_metre",
             columns: joints.flat_map(|joint| self.columns.bent(joint, BENDS)).collect(),
+            itself: None,
         }
     }
 
@@ -125,6 +132,7 @@ impl Search<'_> {
             ),
             cure: "measure the mounting; of an accelerometer state mounting_std_deg",
             columns: turned.map(|column| column.iter().map(|entry| TURNED * entry).collect()).collect(),
+            itself: None,
         }
     }
 
@@ -144,6 +152,7 @@ impl Search<'_> {
             ),
             cure: "record poses with and without load by turns, in one recording",
             columns: joints.filter(|_| few).flat_map(of_joint).collect(),
+            itself: Some(SensorParameter::TorqueBias),
         }
     }
 
@@ -162,6 +171,7 @@ impl Search<'_> {
                 true => "what is read in motion does not tell it: calibrate position-harmonics from static poses",
             },
             columns: joints.flat_map(|joint| self.columns.eccentric(joint)).map(off).collect(),
+            itself: None,
         }
     }
 
@@ -170,6 +180,7 @@ impl Search<'_> {
         &self,
         judgement: &Judgement,
         columns: &[Vec<f64>],
+        itself: Option<SensorParameter>,
         missing: &[Vec<f64>],
     ) -> Result<Option<(String, f64)>, StatisticsError> {
         if columns.is_empty() {
@@ -186,7 +197,8 @@ impl Search<'_> {
             self.solution.problem.columns_of(block).map(times).fold(0.0, f64::max)
         };
         let variables = &self.solved.built.variables;
-        let told = self.session.parameters().into_iter().filter(|id| judgement.determines(*id));
+        let is_itself = |id: &ParameterId| matches!(id, ParameterId::Sensor(_, own) if Some(*own) == itself);
+        let told = self.session.parameters().into_iter().filter(|id| judgement.determines(*id) && !is_itself(id));
         let told = told.map(|id| (self.session.parameter_name(id), off(variables.block(id))));
         let gravity = judgement.determines(Asked::Gravity).then(|| ("gravity".to_owned(), off(variables.gravity)));
         let most = told.chain(gravity).max_by(|a, b| a.1.total_cmp(&b.1));
