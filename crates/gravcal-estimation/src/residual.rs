@@ -30,6 +30,11 @@ pub trait Residual: Debug + Send + Sync {
         None
     }
 
+    /// How many times a model is evaluated for it: a mean over many moments takes many. Constant; threads share work by it.
+    fn work(&self) -> usize {
+        1
+    }
+
     /// Writes `r(x)` and, where asked, `∂r/∂x` by the stored coordinates. The Jacobian comes in zeroed, but for
     /// the entries in the rows' [patterns](Residual::row_pattern).
     ///

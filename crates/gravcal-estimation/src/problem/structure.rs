@@ -13,8 +13,8 @@ use super::kinds::{EliminatedBlock, FactorSlot, Kind, Kinds, Slots};
 use super::offsets::offsets;
 use crate::{Block, BlockId, Factor, Noise};
 
-/// Fewest factors that are worth a chunk of their own.
-const FACTORS_PER_CHUNK: usize = 512;
+/// Least [work](crate::Residual::work) that is worth a chunk of its own.
+const WORK_PER_CHUNK: usize = 512;
 /// Most chunks: each holds a Hessian of its own while the sums run.
 const MAX_CHUNKS: usize = 64;
 /// Most numbers in the Hessians of all chunks together.
@@ -125,7 +125,8 @@ impl Structure {
             }
         }
         note_shared(&mut components, &order, &shapes, &shape_of);
-        let chunks = cut(order.len(), &components, shared.len());
+        let work: Vec<usize> = order.iter().map(|factor| factors[*factor].residual.work().max(1)).collect();
+        let chunks = cut(&work, &components, shared.len());
         Structure { shared, places, curved, shapes, shape_of, components, kinds, order, chunks }
     }
 
@@ -383,15 +384,20 @@ fn note_shared(components: &mut [Component], order: &[usize], shapes: &[Shape], 
     }
 }
 
-/// Cuts the order into chunks, without cutting a component.
-fn cut(factors: usize, components: &[Component], shared: usize) -> Vec<Chunk> {
+/// Cuts the order into chunks of about the same work, without cutting a component. `work`: of each factor in that order.
+fn cut(work: &[usize], components: &[Component], shared: usize) -> Vec<Chunk> {
     let most = (MAX_CHUNK_NUMBERS / (shared * shared).max(1)).clamp(1, MAX_CHUNKS);
-    let length = factors.div_ceil(most).max(FACTORS_PER_CHUNK);
+    let enough = work.iter().sum::<usize>().div_ceil(most).max(WORK_PER_CHUNK);
     let mut chunks: Vec<Chunk> = Vec::new();
     let mut component = 0;
     let mut start = 0;
-    while start < factors {
-        let mut end = (start + length).min(factors);
+    while start < work.len() {
+        let mut done = 0;
+        let is_enough = |own: &usize| {
+            done += own;
+            done >= enough
+        };
+        let mut end = work[start..].iter().position(is_enough).map_or(work.len(), |last| start + last + 1);
         let first = component;
         while let Some(next) = components.get(component).filter(|next| next.factors.start < end) {
             end = end.max(next.factors.end);

@@ -27,6 +27,10 @@ impl Residual for Redrawn {
         self.residual.row_pattern(row)
     }
 
+    fn work(&self) -> usize {
+        self.residual.work()
+    }
+
     fn evaluate(
         &self,
         x: LocalValues<'_>,

@@ -76,6 +76,10 @@ impl Residual for Displaced {
         Some(&self.patterns[row])
     }
 
+    fn work(&self) -> usize {
+        self.described.work()
+    }
+
     fn evaluate(
         &self,
         x: LocalValues<'_>,

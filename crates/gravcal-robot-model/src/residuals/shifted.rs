@@ -110,6 +110,10 @@ impl Residual for Shifted {
         Some(&self.patterns[row])
     }
 
+    fn work(&self) -> usize {
+        self.inner.work()
+    }
+
     fn evaluate(
         &self,
         x: LocalValues<'_>,

@@ -125,6 +125,10 @@ impl Residual for Stacked {
         Some(&self.patterns[row])
     }
 
+    fn work(&self) -> usize {
+        self.parts.iter().map(|part| part.residual.work()).sum()
+    }
+
     fn evaluate(
         &self,
         x: LocalValues<'_>,

@@ -2,7 +2,9 @@
 //! else than the table says.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use gravcal_estimation::in_parallel;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
@@ -89,8 +91,7 @@ pub(in crate::joint) fn changed_loads(
     readings: &MeasurementSet,
     start: f64,
 ) -> Result<(Vec<(f64, ChangedLoad)>, usize), EstimateError> {
-    let mut found = Vec::new();
-    let mut tried = 0;
+    let mut changes = Vec::new();
     let mut alike: BTreeMap<(usize, Option<usize>), Vec<usize>> = BTreeMap::new();
     for (place, pose) in session.poses.iter().enumerate() {
         alike.entry((pose.table, pose.load)).or_default().push(place);
@@ -100,16 +101,19 @@ pub(in crate::joint) fn changed_loads(
             Some(_) => vec![None],
             None => (0..session.loads.len()).map(Some).collect(),
         };
-        for change in instead.into_iter().flat_map(|load| [true, false].map(|after| Change { after, load })) {
-            tried += poses.len() - 1;
-            let cost = |place: usize| {
-                let changed = ChangedLoad { table, said, from: poses[place], change };
-                Ok((start_cost(&changed.made(session), readings)?, changed))
-            };
-            found.push(lowest(poses.len(), WORTH_A_LOOK * start, cost)?);
-        }
+        let poses: Arc<[usize]> = poses.into();
+        let either = instead.into_iter().flat_map(|load| [true, false].map(|after| Change { after, load }));
+        changes.extend(either.map(|change| (table, said, change, Arc::clone(&poses))));
     }
-    Ok((found, tried))
+    let tried = changes.iter().map(|(.., poses)| poses.len() - 1).sum();
+    let best = |(table, said, change, poses): (usize, Option<usize>, Change, Arc<[usize]>)| {
+        let cost = |place: usize| {
+            let changed = ChangedLoad { table, said, from: poses[place], change };
+            Ok((start_cost(&changed.made(session), readings)?, changed))
+        };
+        lowest(poses.len(), WORTH_A_LOOK * start, cost)
+    };
+    Ok((in_parallel(changes, best).into_iter().collect::<Result<_, _>>()?, tried))
 }
 
 /// The lowest cost of places after the first, found in ever smaller steps as long as that is below `worth`.

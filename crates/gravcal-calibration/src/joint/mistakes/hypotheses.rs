@@ -14,7 +14,7 @@ use std::borrow::Cow;
 use std::f64::consts::PI;
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::{EvaluateError, Termination};
+use gravcal_estimation::{EvaluateError, Termination, in_parallel};
 use gravcal_identification::{DECISIVE, SolveEnvironment};
 use gravcal_recording::Orientation;
 use gravcal_robot_model::parameter::SensorParameter;
@@ -122,11 +122,12 @@ fn mistaken_columns(
     let unexcused = solved.readings().unexcused(session);
     let readings = telling_part(session, &unexcused);
     let start = start_cost(session, &readings)?;
-    let mut promising = Vec::new();
     let hypotheses = hypotheses(session);
-    for hypothesis in &hypotheses {
-        promising.push((start_cost(&hypothesis.made(session), &hypothesis.read(&readings))?, *hypothesis));
-    }
+    let promise = |hypothesis: &Hypothesis| {
+        Ok((start_cost(&hypothesis.made(session), &hypothesis.read(&readings))?, *hypothesis))
+    };
+    let promising: Result<Vec<_>, EstimateError> = in_parallel(&hypotheses, promise).into_iter().collect();
+    let mut promising = promising?;
     let (changed, tried_of_changed) = changed_loads(session, &readings, start)?;
     promising.extend(changed.into_iter().map(|(cost, changed)| (cost, Hypothesis::LoadChanged(changed))));
     // Beyond the edge of the declared hemisphere lies gravity that starts on this side of it as well.

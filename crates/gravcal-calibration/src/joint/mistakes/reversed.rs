@@ -146,13 +146,13 @@ fn beside_the_others(
     let mut joints: Vec<usize> = Vec::new();
     let mut cost = start_cost(session, &readings)?;
     loop {
-        let mut best: Option<(f64, usize)> = None;
-        for joint in open.iter().copied().filter(|joint| !joints.contains(joint)) {
+        let with = |joint: usize| {
             let turned = turned(session, &[&joints[..], &[joint]].concat());
-            let cost = start_cost(&turned, &readings)?;
-            best = best.filter(|(lowest, _)| *lowest <= cost).or(Some((cost, joint)));
-        }
-        match best {
+            Ok((start_cost(&turned, &readings)?, joint))
+        };
+        let left = open.iter().copied().filter(|joint| !joints.contains(joint));
+        let costs: Result<Vec<(f64, usize)>, EstimateError> = in_parallel(left, with).into_iter().collect();
+        match costs?.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b)) {
             Some((lower, joint)) if lower < BETTER_START * cost => {
                 joints.push(joint);
                 cost = lower;

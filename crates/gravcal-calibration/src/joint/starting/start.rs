@@ -5,6 +5,7 @@
 //! those that the sequential estimator found), and its worth is the cost after that linear problem is solved. A few of the
 //! best are followed a little further, and the one that comes lowest wins.
 
+use gravcal_estimation::in_parallel;
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
@@ -73,18 +74,24 @@ fn rough_ends(
 ) -> Result<Vec<State>, BuildError> {
     let rough = Sample::new(session, &sample.readings.roughly(session))?;
     let part = LinearPart::new(session, &rough.readings, &State::nominal(session))?;
-    let mut solved: Vec<(f64, State)> = Vec::new();
-    for (cost, start) in candidates(&part, known) {
-        let explains = cost < rough.explained();
-        solved.push((cost, start));
-        if explains && extent == Extent::Sufficient {
-            solved.drain(..solved.len() - 1);
-            break;
+    let suited = |candidate: State| part.solve_to_scale(&candidate);
+    let candidates = candidates(session, known);
+    let (most, solved) = match extent {
+        Extent::All(most) => (most, in_parallel(candidates, suited)),
+        Extent::Sufficient => {
+            let mut solved: Vec<(f64, State)> = Vec::new();
+            for (cost, start) in candidates.map(suited) {
+                if cost < rough.explained() {
+                    solved = vec![(cost, start)];
+                    break;
+                }
+                solved.push((cost, start));
+            }
+            (CONTENDERS, solved)
         }
-    }
-    let most = if let Extent::All(most) = extent { most } else { CONTENDERS };
+    };
     let follow = |start: State| rough.nearby(session, &start, 0.0, environment);
-    let mut ends: Vec<Nearby> = contenders(solved, most).into_iter().map(follow).collect();
+    let mut ends: Vec<Nearby> = in_parallel(contenders(solved, most), follow);
     ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let lowest = ends.first().map_or(0.0, |near| near.cost);
     ends.retain(|near| near.cost <= WORTH_FOLLOWING * lowest + rough.explained());
@@ -126,14 +133,12 @@ pub(in crate::joint) fn further_starts(
     rough_ends(session, sample, known, Extent::All(FURTHER), environment)
 }
 
-/// Each direction of gravity (and `known`) with what suits it best, and the cost of that.
-fn candidates(part: &LinearPart<'_>, known: Option<&State>) -> impl Iterator<Item = (f64, State)> {
-    let session = part.session();
+/// `known`, and the nominal values under each direction of gravity.
+fn candidates(session: &Session, known: Option<&State>) -> impl Iterator<Item = State> {
     let nominal = State::nominal(session);
     let magnitude = session.gravity.magnitude;
     let directed = move |direction: [f64; 3]| State { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
-    let places = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
-    places.map(move |place| part.solve_to_scale(&place))
+    known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed))
 }
 
 /// The best few candidates that are apart from each other.

@@ -347,6 +347,10 @@ impl Residual for MotionTorque {
         Some(&self.model.patterns[self.readings[row].0])
     }
 
+    fn work(&self) -> usize {
+        self.course.moments().count()
+    }
+
     fn evaluate(
         &self,
         x: LocalValues<'_>,
