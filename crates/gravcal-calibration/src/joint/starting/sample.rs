@@ -151,3 +151,86 @@ pub(in crate::joint) fn thinned(session: &Session, readings: &MeasurementSet, po
     let kept: Vec<bool> = kept.collect();
     readings.only(|id| kept[id.pose])
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use gravcal_recording::Course;
+
+    use super::*;
+    use crate::joint::{Signals, select};
+    use crate::testing::sarcos_shoulder;
+
+    /// The reference protocol so many times over, in three tables of which one carries loads.
+    fn many(times: usize) -> Session {
+        let mut session = sarcos_shoulder().session(0);
+        session.poses.iter_mut().for_each(|pose| pose.table %= 3);
+        session.poses = std::iter::repeat_n(session.poses, times).flatten().collect();
+        session
+    }
+
+    /// The same of an arm in motion: how it moved does not matter here.
+    fn in_motion(times: usize) -> Session {
+        let mut session = many(times);
+        let course = Arc::new(Course::of(&[]));
+        session.poses.iter_mut().for_each(|pose| pose.course = Some(Arc::clone(&course)));
+        session
+    }
+
+    /// By table and load, which of the poses one after the other are in the part.
+    fn kept(session: &Session) -> Vec<Vec<bool>> {
+        let readings = select(session, Signals::All);
+        let part = telling_part(session, &readings);
+        let mut apart: HashMap<(usize, Option<usize>), Vec<bool>> = HashMap::new();
+        for (pose, used) in session.poses.iter().zip(&part.used) {
+            apart.entry((pose.table, pose.load)).or_default().push(!used.is_empty());
+        }
+        apart.into_values().collect()
+    }
+
+    fn share(kept: impl Iterator<Item = bool>) -> f64 {
+        let all: Vec<bool> = kept.collect();
+        all.iter().filter(|kept| **kept).count() as f64 / all.len() as f64
+    }
+
+    #[test]
+    fn all_readings_are_looked_at_unless_they_are_many_and_enter_together() {
+        // 407 poses each time; of windows fewer are enough.
+        let is_all =
+            |session: &Session, readings: &MeasurementSet| matches!(telling_part(session, readings), Cow::Borrowed(_));
+        let of = |session: Session| is_all(&session, &select(&session, Signals::All));
+        assert_eq!([of(many(4)), of(many(5))], [true, false]);
+        assert_eq!([of(in_motion(1)), of(in_motion(2))], [true, false]);
+        let session = many(5);
+        let one_by_one = MeasurementSet { order: Order::PoseByPose { from: 100 }, ..select(&session, Signals::All) };
+        assert!(is_all(&session, &one_by_one));
+    }
+
+    /// Of each table and load its share, to one pose, and as many of those that come from one side as of the others.
+    #[test]
+    fn of_many_poses_a_part_is_spread_evenly() {
+        let (session, expected) = (many(8), 1000.0 / (8.0 * 407.0));
+        for kept in kept(&session) {
+            let poses = kept.len() as f64;
+            assert!((poses * (share(kept.iter().copied()) - expected)).abs() < 2.0, "{}", share(kept.into_iter()));
+            for period in [2, 3, 37] {
+                let one_in = share(kept.iter().copied().step_by(period));
+                assert!((one_in / expected - 1.0).abs() < 0.3, "{period}: {one_in} {expected}");
+            }
+        }
+    }
+
+    /// A 30th of 400 windows one after the other each time, but at the ends of a table.
+    #[test]
+    fn of_many_windows_a_part_is_made_of_runs_of_neighbours() {
+        let (session, mut runs) = (in_motion(8), 0);
+        for kept in kept(&session) {
+            let own: Vec<&[bool]> = kept.chunk_by(|one, next| one == next).filter(|run| run[0]).collect();
+            assert!(own.len() > 1 && own[..own.len() - 1].iter().all(|run| run.len() == 13), "{own:?}");
+            assert!(own[own.len() - 1].len() <= 13);
+            runs += own.len();
+        }
+        assert!((RUNS - 6..RUNS + 7).contains(&runs), "{runs}");
+    }
+}
