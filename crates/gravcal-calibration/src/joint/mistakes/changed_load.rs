@@ -8,9 +8,11 @@ use gravcal_estimation::in_parallel;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
+use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::starting::start::start_cost;
+use crate::joint::variables::State;
 
 /// Fewer poses of a table tell nothing of a change.
 const FEW: usize = 6;
@@ -47,6 +49,23 @@ impl ChangedLoad {
         });
         part.for_each(|(_, pose)| pose.load = self.change.load);
         made
+    }
+
+    /// The same where the readings have it by what was found for it: a start, which knows neither sensors nor masses, tells it only roughly.
+    pub fn placed(
+        self,
+        session: &Session,
+        readings: &MeasurementSet,
+        found: &State,
+    ) -> Result<ChangedLoad, EstimateError> {
+        let alike = |pose: &usize| (session.poses[*pose].table, session.poses[*pose].load) == (self.table, self.said);
+        let poses: Vec<usize> = (0..session.poses.len()).filter(alike).collect();
+        let cost = |place: usize| {
+            let changed = ChangedLoad { from: poses[place], ..self };
+            let built = build_with_constraints(&changed.made(session), readings, found)?;
+            Ok((built.problem.cost(&built.initial)?, changed))
+        };
+        Ok(lowest(poses.len(), f64::INFINITY, cost)?.1)
     }
 
     /// What happened, and what to do about it.
@@ -140,4 +159,90 @@ fn lowest(
         }
     }
     Ok(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+    use crate::joint::mistakes::hypotheses::contradicting_mistake;
+    use crate::joint::{Signals, select, solve};
+    use crate::result::Verdict;
+    use crate::testing::sensor_models::{estimate, shoulder};
+    use crate::testing::with_environment;
+
+    /// The reference protocol, ten seconds from pose to pose, with two of its tables one after the other in one.
+    fn in_one([first, second]: [usize; 2]) -> Session {
+        let mut session = shoulder().session(0);
+        let of = |table: usize| session.poses.iter().filter(move |pose| pose.table == table);
+        let others = session.poses.iter().filter(|pose| ![first, second].contains(&pose.table));
+        session.poses = others.chain(of(first)).chain(of(second)).cloned().collect();
+        let in_one = session.poses.iter_mut().filter(|pose| [first, second].contains(&pose.table));
+        for (pose, row) in in_one.zip(0_u32..) {
+            (pose.table, pose.line) = (first, u64::from(row) + 2);
+            pose.conditions.time = Some(5000.0 + 10.0 * f64::from(row));
+        }
+        session
+    }
+
+    /// The first table is without a load and the second with one. Each has 37 poses.
+    const TABLES: [usize; 2] = [4, 5];
+
+    #[test]
+    fn a_load_that_changes_within_a_table_is_named_with_the_line_and_the_time() {
+        let named = |[first, second]: [usize; 2], said: Option<usize>| {
+            let mut session = in_one([first, second]);
+            session.poses.iter_mut().filter(|pose| pose.table == first).for_each(|pose| pose.load = said);
+            let result = estimate(&session);
+            let advice = result.notes[0].clone();
+            assert_eq!(result.verdict, Verdict::Failed, "{advice}");
+            assert!(advice.contains("from_s where the load changes, about 370 s), or are left out."), "{advice}");
+            (result.termination, advice)
+        };
+        let [bare, loaded] = TABLES;
+        let (what, advice) = named([bare, loaded], None);
+        assert_eq!(what, "load plate-a there from about line 39 of sweep-4.csv on");
+        assert!(advice.contains("the poses from there on belong to a [[poses]] with that load"), "{advice}");
+        let (what, advice) = named([bare, loaded], Some(0));
+        assert_eq!(what, "load plate-a not there before about line 39 of sweep-4.csv");
+        assert!(advice.contains("the poses before belong to a [[poses]] without load"), "{advice}");
+        let (what, _) = named([loaded, bare], Some(0));
+        assert_eq!(what, "load plate-a gone from about line 39 of sweep-5.csv on");
+        let (what, _) = named([loaded, bare], None);
+        assert_eq!(what, "load plate-a still there before about line 39 of sweep-5.csv");
+    }
+
+    #[test]
+    fn loads_that_are_where_they_are_said_to_be_are_not_named() {
+        let [bare, loaded] = TABLES;
+        for session in [shoulder().session(0), in_one([bare, loaded]), in_one([loaded, bare])] {
+            let readings = select(&session, Signals::All);
+            let mistake = with_environment(|environment| {
+                let solved = solve(&session, &readings, None, environment)?;
+                contradicting_mistake(&session, &solved, environment)
+            });
+            assert!(mistake.as_ref().is_ok_and(Option::is_none), "{mistake:?}");
+            assert_eq!(estimate(&session).verdict, Verdict::Determined);
+        }
+    }
+
+    /// Of a change that makes nothing better no closer look is taken.
+    #[test]
+    fn the_place_of_a_change_is_found_in_few_steps_where_it_is_worth_them() {
+        let change = Change { after: true, load: None };
+        let looked = |worth: f64| {
+            let tried = Cell::new(0);
+            let cost = |from: usize| {
+                tried.set(tried.get() + 1);
+                Ok((10.0 + from.abs_diff(237) as f64, ChangedLoad { table: 0, said: Some(0), from, change }))
+            };
+            let (lowest, found) = lowest(400, worth, cost).unwrap();
+            (lowest, found.from, tried.get())
+        };
+        let (lowest, from, tried) = looked(50.0);
+        assert!((lowest, from) == (10.0, 237) && tried < 25, "{lowest} {from} {tried}");
+        let (_, from, tried) = looked(20.0);
+        assert!(from == 251 && tried == PARTS, "{from} {tried}");
+    }
 }

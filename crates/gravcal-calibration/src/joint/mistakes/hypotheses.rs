@@ -150,7 +150,15 @@ fn mistaken_columns(
             Hypothesis::HemisphereInverted => cost_of(session, &readings, solved)?,
             _ => as_it_stands,
         };
-        let (after, end) = solve_with(&hypothesis.made(session), &hypothesis.read(&readings), solved, environment)?;
+        let solve = |hypothesis: Hypothesis| {
+            solve_with(&hypothesis.made(session), &hypothesis.read(&readings), solved, environment)
+        };
+        let (mut after, mut end) = solve(hypothesis)?;
+        let mut hypothesis = hypothesis;
+        if let Hypothesis::LoadChanged(changed) = hypothesis {
+            hypothesis = Hypothesis::LoadChanged(changed.placed(session, &readings, &end)?);
+            (after, end) = solve(hypothesis)?;
+        }
         if after < BETTER * before && best.as_ref().is_none_or(|([lowest, _], ..)| after < *lowest) {
             best = Some(([after, before], hypothesis, end));
         }
