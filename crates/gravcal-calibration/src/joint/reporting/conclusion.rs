@@ -168,3 +168,32 @@ fn report_termination(solved: &Solved) -> String {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_robot_model::parameter::SensorParameter;
+    use gravcal_robot_model::session::PriorKind;
+
+    use super::*;
+    use crate::testing::sarcos_shoulder;
+    use crate::testing::sensor_models::estimate;
+
+    /// Full turns more change no torque: only how far joints turn tells that these are no radians.
+    #[test]
+    fn positions_beyond_what_joints_turn_leave_all_in_doubt_however_well_they_fit() {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.sensors[1][SensorParameter::PositionGain as usize] = 1.0;
+        simulation.template.joints[1].parameters[SensorParameter::PositionGain as usize].kind = PriorKind::Fixed;
+        let concluded = |turns: f64| {
+            let mut session = simulation.session(0);
+            let more = session.poses.iter_mut().step_by(2);
+            more.for_each(|pose| pose.position[1] += turns * std::f64::consts::TAU);
+            let result = estimate(&session);
+            (result.verdict, result.notes[..result.reasons].to_vec())
+        };
+        assert_eq!(concluded(0.0), (Verdict::Determined, vec![]));
+        let (verdict, reasons) = concluded(3.0);
+        assert_eq!(verdict, Verdict::PartlyDetermined, "{reasons:?}");
+        assert!(reasons[0].contains("angles of joint2 reach") && reasons[0].contains("farther than joints turn"));
+    }
+}
