@@ -14,7 +14,7 @@ use super::candidate::{Candidate, Tested, correct};
 use super::columns::Term;
 use super::in_words;
 use super::order::sides_by_order;
-use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, Verdict};
+use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, TakenAsExact, Verdict};
 use crate::testing::sensor_models::{errors, estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 
@@ -598,6 +598,44 @@ fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
         reading.std = reading.std.map(|std| 500.0 * std);
     }
     assert_eq!(told(&session), [false; 5], "what is known so badly hangs on nothing");
+}
+
+/// Poses without a load are in one file and those with loads in others, as they often are, and readings so good that a thousandth of their span
+/// matters: what is told is by how much other zeros move a number. Biases would be others themselves.
+#[test]
+fn zeros_that_are_others_in_another_file_are_asked_for() {
+    let mut simulation = sarcos_shoulder();
+    simulation.disturbance.torque_std = vec![0.02 * NOISE; 3];
+    let by_files = |files: usize| {
+        let mut session = simulation.session(0);
+        for pose in &mut session.poses {
+            pose.table = pose.load.map_or(0, |load| 1 + load).min(files - 1);
+        }
+        session
+    };
+    let told = |result: &EstimatorResult| {
+        let zeros =
+            |taken: &&TakenAsExact| taken.wrong.contains("the zero of each torque sensor were another in each file");
+        result.taken_as_exact.iter().find(zeros).cloned()
+    };
+    let (session, eleven_files) = (by_files(2), simulation.session(0));
+    let result = estimate(&session);
+    let TakenAsExact { parameter, off_in_std, .. } = told(&result).unwrap();
+    assert!(!parameter.ends_with("torque_bias") && off_in_std > 50.0, "{parameter} {off_in_std}");
+    let value = |result: &EstimatorResult| result.parameter(&parameter).unwrap().value.unwrap();
+    let moved_by = |joint: usize| {
+        // A hundredth of it, which is not seen as a mistake.
+        let zero = 1e-5 * session.spreads()[joint];
+        let mut other = session.clone();
+        let second = other.poses.iter_mut().filter(|pose| pose.table == 1);
+        second.filter_map(|pose| pose.torque[joint].as_mut()).for_each(|reading| reading.value += zero);
+        100.0 * (value(&estimate(&other)) - value(&result))
+    };
+    let moved = (0..3).map(moved_by).fold(0.0, f64::hypot);
+    let std = result.parameter(&parameter).unwrap().std.unwrap();
+    assert!((off_in_std * std / moved - 1.0).abs() < 0.01, "{off_in_std} {}", moved / std);
+    assert!(told(&estimate(&by_files(3))).is_some());
+    assert_eq!([by_files(1), eleven_files].map(|session| told(&estimate(&session))), [None, None]);
 }
 
 /// What an arm of other lengths reads is named, and intervals hold; so they do where the session says how well lengths are known, and then they are
