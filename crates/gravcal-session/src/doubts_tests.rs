@@ -395,3 +395,29 @@ fn hardly_any_pose_is_reported() {
         session.doubts
     );
 }
+
+/// What is said of a clock in right poses that were read at these times.
+fn of_clock(time: &dyn Fn(u32) -> f64) -> (Session, Vec<String>) {
+    let known = "time = { column = 'y2', unit = 's' }";
+    let rows = poses(1.0, 1.0).zip(0..).map(|([a, b, c, _], row)| [a, b, c, time(row)]);
+    let session = read_with(["'y1', 'y2'], unit", "'y1', ''], unit"], ["rad", "N·m"], [known, ""], rows);
+    let doubts = session.doubts.clone();
+    (session, doubts)
+}
+
+/// Rows that stand in any order are no clock that begins anew, and neither are parts that have a table each.
+#[test]
+fn a_clock_that_begins_anew_in_a_table_is_doubted() {
+    let every = |rows: u32| move |row: u32| 10.0 * f64::from(row % rows);
+    assert_eq!(of_clock(&every(60)).1, [""; 0]);
+    let (mut session, once) = of_clock(&every(40));
+    let begin = "day.csv: times go back in line 42, as where a clock begins anew.";
+    assert!(once.len() == 1 && once[0].starts_with(begin), "{once:?}");
+    let often = of_clock(&every(10)).1;
+    assert!(often.len() == 1 && often[0].contains("in line 12 and 4 more, as where"), "{often:?}");
+    assert_eq!(of_clock(&every(5)).1, [""; 0]);
+    assert_eq!(of_clock(&|row| 10.0 * random(row, 3)).1, [""; 0]);
+    session.tables.push(session.tables[0].clone());
+    session.poses[40..].iter_mut().for_each(|pose| pose.table = 1);
+    assert_eq!(session.find_doubts(), [""; 0], "each part has a table of its own");
+}
