@@ -2,7 +2,8 @@ use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
-use gravcal_robot_model::session::Session;
+use gravcal_recording::{Standstill, Standstills, StaticPose};
+use gravcal_robot_model::session::{Searched, Session};
 
 use crate::read_session;
 
@@ -420,4 +421,32 @@ fn a_clock_that_begins_anew_in_a_table_is_doubted() {
     session.tables.push(session.tables[0].clone());
     session.poses[40..].iter_mut().for_each(|pose| pose.table = 1);
     assert_eq!(session.find_doubts(), [""; 0], "each part has a table of its own");
+}
+
+/// Twenty times at least, and more than four times as often as it stands.
+#[test]
+fn a_recording_in_which_the_arm_creeps_is_doubted() {
+    let mut session = session(["rad", "N·m"], "", poses(1.0, 1.0));
+    let mut doubts = |moved_on: [u64; 2], stands: usize| {
+        let stood = Standstill {
+            interval: [0.0, 1.0],
+            pose: StaticPose::default(),
+            position: Vec::new(),
+            torque: Vec::new(),
+            instruments: Vec::new(),
+        };
+        let standstills =
+            Standstills { found: vec![stood; stands], moved_on: moved_on.into(), ..Standstills::default() };
+        let (remarks, lost) = (Vec::new(), Vec::new());
+        let path = "day.mcap".into();
+        session.searched =
+            vec![Searched { path, standstills: Some(standstills), sweeps: None, windows: None, remarks, lost }];
+        session.find_doubts()
+    };
+    let elbow = doubts([3, 50], 12);
+    let begin = "day.mcap: 50 times the arm hardly moved, and elbow moved on before it stood long enough: beside 12 standstills.";
+    assert!(elbow.len() == 1 && elbow[0].starts_with(begin), "{elbow:?}");
+    assert!(doubts([26, 50], 0)[0].contains("and shoulder, elbow moved on"));
+    assert_eq!([doubts([3, 48], 12), doubts([19, 19], 0), doubts([0, 0], 0)], [[""; 0]; 3]);
+    assert_eq!(doubts([0, 20], 0).len(), 1);
 }

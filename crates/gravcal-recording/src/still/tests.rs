@@ -353,6 +353,27 @@ fn a_slow_motion_is_no_standstill_and_a_slow_drift_of_a_sensor_is_one() {
     assert_eq!(found_in(drifting).found.len(), truths.len());
 }
 
+/// One that creeps hardly moves for a moment and then moves on, all the time; one that stands does not, and neither does one in plain motion.
+#[test]
+fn a_joint_that_creeps_moves_on_many_times() {
+    for seed in 1..=6 {
+        let (rows, truths) = Recording { seed, ..Recording::default() }.rows();
+        let moved_on = |speeds: [f64; 2]| {
+            let mut rows = rows.clone();
+            rows.iter_mut().for_each(|row| (0..2).for_each(|joint| row[1 + joint] += speeds[joint] * row[0]));
+            let found = found_in(rows);
+            (found.found.len(), [found.moved_on[0], found.moved_on[1]])
+        };
+        assert_eq!(moved_on([0.0; 2]), (truths.len(), [0, 0]), "{seed}");
+        let (found, [first, second]) = moved_on([0.01, 0.0]);
+        assert!(found == 0 && first > 20 && second < 5, "{seed}: {found} {first} {second}");
+        let (found, [first, second]) = moved_on([0.0, 0.01]);
+        assert!(found == 0 && first < 5 && second > 20, "{seed}: {found} {first} {second}");
+        let (_, in_motion) = moved_on([0.05, 0.05]);
+        assert!(in_motion[0] + in_motion[1] < 5, "{seed}: {in_motion:?}");
+    }
+}
+
 #[test]
 fn repeated_rows_missing_cells_and_a_jumping_clock_do_no_harm() {
     let (rows, truths) = Recording::default().rows();
