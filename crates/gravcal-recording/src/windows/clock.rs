@@ -16,6 +16,10 @@ use crate::motion::median;
 
 /// Times from row to row, in median ones, that interrupt a recording.
 const GAP: f64 = 5.0;
+/// Rows that follow each other at once make up for a pause where one of the next so many times the rows that fit into it comes when it should, by
+/// so many median steps: the recorder stalled, and no row is missing.
+const BURST: f64 = 1.5;
+const ON_TIME: f64 = 1.0;
 /// A candidate is believed where its third differences are smaller than this share of those by the stamps.
 const BETTER: f64 = 0.9;
 
@@ -115,11 +119,22 @@ impl Recorded {
 
     /// Ranges of rows without a gap between them.
     pub fn runs(&self) -> Vec<Range<usize>> {
-        let gap = GAP * self.interval().unwrap_or(0.0);
+        let interval = self.interval().unwrap_or(0.0);
         let mut starts = vec![0];
-        starts.extend((1..self.len()).filter(|row| self.times[*row] - self.times[row - 1] > gap));
+        starts.extend((1..self.len()).filter(|row| self.interrupts(*row, interval)));
         starts.push(self.len());
         starts.windows(2).map(|pair| pair[0]..pair[1]).filter(|run| !run.is_empty()).collect()
+    }
+
+    /// Whether rows are missing before one. `interval`: the median time from row to row, s.
+    fn interrupts(&self, row: usize, interval: f64) -> bool {
+        let pause = self.times[row] - self.times[row - 1];
+        if pause <= GAP * interval {
+            return false;
+        }
+        let late = |ahead: usize| self.times[row + ahead] - self.times[row - 1] - (ahead + 1) as f64 * interval;
+        let burst = ((BURST * pause / interval) as usize).min(self.len() - 1 - row);
+        !(1..=burst).any(|ahead| late(ahead) < ON_TIME * interval)
     }
 
     /// Finds the clock, and takes its times.

@@ -125,6 +125,26 @@ fn both_sides_of_a_motion_agree() {
     assert!(error < 1e-4, "{error}");
 }
 
+/// Rows that were held up for 0.2 s every other second, and came all at once, are those of the time before; where they are missing, the clock
+/// is interrupted.
+#[test]
+fn a_recorder_that_stalls_is_waited_for() {
+    let late = |row: usize| row % 400 < 40 && row > 400;
+    let row = |(row, t): (usize, f64)| {
+        let [q, v, a] = motion(t);
+        let end = (row - row % 400 + 40) as f64 / RATE;
+        [if late(row) { end + 2e-5 * (row % 400) as f64 } else { t + 1e-3 }, q, q + v + a]
+    };
+    let stalled = windows_of(times(4000).enumerate().map(row)).unwrap();
+    assert_eq!(stalled.clock, Clock::Even);
+    assert!(difference(&stalled) < 1e-3, "{}", difference(&stalled));
+    let whole = windows_of(times(4000).map(|t| [t, motion(t)[0], 0.0])).unwrap();
+    assert_eq!(stalled.found.len(), whole.found.len());
+    let missing = windows_of(times(4000).enumerate().filter(|(place, _)| !late(*place)).map(row)).unwrap();
+    assert!(missing.found.len() < whole.found.len() - 40, "{}", missing.found.len());
+    assert!(difference(&missing) < 1e-3, "{}", difference(&missing));
+}
+
 #[test]
 fn noise_of_an_encoder_is_smoothed_away() {
     let error = error_of_the_means(3e-4);
