@@ -39,6 +39,7 @@ pub use select::{Signals, select};
 pub use solved::Solved;
 pub(crate) use solving::groups::why_not_by_groups;
 pub use solving::groups::{pose_by_pose, step_by_step};
+pub(crate) use solving::noise::CURVES;
 pub(crate) use solving::solve_from::solve_built;
 pub(crate) use starting::start::start_around;
 pub use variables::{JointDisplacements, OfJoints, PositionUnknown, State, VariableIndex, WithPayload};

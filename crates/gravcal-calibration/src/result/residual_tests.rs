@@ -112,6 +112,8 @@ pub enum ResidualTestKind {
     },
     /// Friction of an arm in motion that grows with the joint's torque.
     LoadFriction,
+    /// Friction that grows or falls with time, as gears warm up.
+    FrictionTrend,
     /// Friction of an arm in motion that is no line over the speed.
     FrictionCurve {
         /// Speed over which what is more or less than a line falls to a third, rad/s or m/s.
@@ -162,6 +164,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::TorqueNonlinearity => f.write_str("torque nonlinearity"),
             ResidualTestKind::Crosstalk { joint } => write!(f, "crosstalk ({joint})"),
             ResidualTestKind::LoadFriction => f.write_str("friction by load"),
+            ResidualTestKind::FrictionTrend => f.write_str("friction trend"),
             ResidualTestKind::FrictionCurve { .. } => f.write_str("friction by speed"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
             ResidualTestKind::PositionJump { file, line } => write!(f, "position jump ({file}:{line})"),

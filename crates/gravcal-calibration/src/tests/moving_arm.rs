@@ -146,6 +146,10 @@ struct Recording {
     load_friction: f64,
     /// By how much the friction of the elbow is more where it hardly moves, N·m, and over which speed that falls to a third, rad/s.
     more_at_first: Option<[f64; 2]>,
+    /// Share by which friction of the shoulder falls over each recording.
+    warms: f64,
+    /// Whether nothing is rounded by noise.
+    exact: bool,
 }
 
 /// How far along its way an arm is that stops, the speed along it and the acceleration, s, 1, 1/s.
@@ -167,7 +171,7 @@ impl Recording {
 }
 
 fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
-    let Recording { seed, stops, lag, filter, rotors, load_friction, more_at_first } = recording;
+    let Recording { seed, stops, lag, filter, rotors, load_friction, more_at_first, warms, exact } = recording;
     let mut random = Pcg64::seed_from_u64(1000 * seed + u64::from(loaded));
     let mut rows: Vec<[f64; 7]> = Vec::new();
     let (parameters, mut dynamics) = (bodies(chain, loaded), InverseDynamics::new(chain));
@@ -182,7 +186,8 @@ fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
         let arm = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
         let inertia = DynamicParameters { links: &parameters, rotor_inertia: &rotors };
         chain.inverse_dynamics(Single, arm, GRAVITY, inertia, &mut dynamics);
-        let mut noise = |std: f64| -> f64 { std * random.sample::<f64, _>(StandardNormal) };
+        let share = if exact { 0.0 } else { 1.0 };
+        let mut noise = |std: f64| -> f64 { share * std * random.sample::<f64, _>(StandardNormal) };
         let positions = [0, 1, 2].map(|j| (read[j] - TRUTH[j][3]) / TRUTH[j][2] + noise(POSITION_NOISE));
         let torques = [0, 1, 2].map(|j| {
             let [gain, bias, position_gain, _, coulomb, viscous] = TRUTH[j];
@@ -190,6 +195,8 @@ fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
             let of_load = if j == 1 { load_friction * dynamics.torque[j].abs() } else { 0.0 };
             let at_first =
                 more_at_first.filter(|_| j == 2).map_or(0.0, |[more, over]| more * (-speed.abs() / over).exp());
+            let left = if j == 1 { 1.0 - warms * t / duration } else { 1.0 };
+            let [coulomb, viscous] = [left * coulomb, left * viscous];
             gain * dynamics.torque[j]
                 + bias
                 + (coulomb + of_load + at_first) * states[j][3]
@@ -423,6 +430,37 @@ fn friction_that_grows_with_the_torque_is_named_with_its_share() {
     // Of the reading, whose gain is 1.05.
     assert!(first.channel == "shoulder" && (first.size / (4.0 / 1.05) - 1.0).abs() < 0.3, "{first:?}");
     assert!(first.spoils_intervals && first.unit == "%", "{first:?}");
+}
+
+#[test]
+fn friction_that_falls_as_a_joint_warms_up_is_named_with_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let result =
+        estimated(&recorded(folder.path(), Recording { seed: 1, warms: 0.2, ..Recording::default() }, SESSION));
+    let named = |test: &&ResidualTest| test.named && test.kind == ResidualTestKind::FrictionTrend;
+    let first = result.residual_tests.iter().find(named).unwrap_or_else(|| panic!("{:?}", result.notes));
+    let expected = -20.0 / 0.9 / DURATION;
+    assert!(first.channel == "shoulder" && (first.size / expected - 1.0).abs() < 0.3, "{first:?} {expected}");
+    assert!(first.spoils_intervals && first.unit == "%/s", "{first:?}");
+    assert!(
+        result.notes.iter().any(|note| note.contains("friction of shoulder changes with time")),
+        "{:?}",
+        result.notes
+    );
+    assert!(errors(&result).iter().all(|error| error.abs() < 4.0), "{:?}", errors(&result));
+}
+
+/// What curves through positions leave is no error of a model.
+#[test]
+fn a_simulation_without_noise_is_doubted_for_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let result =
+        estimated(&recorded(folder.path(), Recording { seed: 1, exact: true, ..Recording::default() }, SESSION));
+    assert!(!result.residual_tests.iter().any(|test| test.named), "{:?}", result.notes);
+    for own in result.parameters.iter().filter(|own| own.name.ends_with("torque_gain")) {
+        assert!((own.value.unwrap() / truth(&own.name) - 1.0).abs() < 1e-3, "{own:?}");
+    }
+    assert!(errors(&result).iter().all(|error| error.abs() < 4.0), "{:?}", errors(&result));
 }
 
 /// Stribeck's friction: named, and found where what the note says is typed.

@@ -47,6 +47,11 @@ impl Solved {
             UncertaintyChoice::Noise => self.noise_uncertainty(session, misfit, errs_by_pose),
             UncertaintyChoice::Jackknife { blocks } => {
                 let (uncertainty, reported) = self.jackknife(session, blocks)?;
+                // Errors of curves are no noise, and blocks of them scatter less than they are off.
+                let uncertainty = match self.is_as_exact_as_curves(session) {
+                    true => uncertainty.larger_of(Uncertainty::from_noise(&self.solution(), NoiseScale::Stated)?),
+                    false => uncertainty,
+                };
                 Ok((uncertainty, UncertaintyResult::Jackknife(reported)))
             }
             UncertaintyChoice::Sandwich { block_poses } => {

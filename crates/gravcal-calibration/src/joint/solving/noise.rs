@@ -11,6 +11,9 @@ use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 use crate::joint::measurement_set::first_noise;
 use crate::joint::solved::Solved;
 
+/// Errors of the curves that are laid through the positions of an arm in motion, in what its readings span: noise of a window is no less.
+pub(crate) const CURVES: f64 = 1e-5;
+
 impl Solved {
     /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up. `rows`: the solution's
     /// own, here and below.
@@ -26,10 +29,23 @@ impl Solved {
 
     /// The noise that residuals show: under a loss outliers tell nothing of it.
     pub(in crate::joint) fn noise_shown(&self, session: &Session, loss: Loss, rows: &[RowResidual]) -> Vec<f64> {
-        match loss {
+        let shown = match loss {
             Loss::None => self.residual_noise(session, rows),
             _ => self.median_noise(session, rows),
-        }
+        };
+        shown.iter().zip(self.errors_of_curves(session)).map(|(noise, least)| noise.max(least)).collect()
+    }
+
+    /// Whether any channel's noise that residuals show is no more than curves through the positions err.
+    pub(in crate::joint) fn is_as_exact_as_curves(&self, session: &Session) -> bool {
+        let noise = self.readings().noise.iter().zip(session.noise_estimated());
+        noise.zip(self.errors_of_curves(session)).any(|((noise, found), least)| found && *noise <= least)
+    }
+
+    /// Of each channel, unit of its reading; zero where the arm stands.
+    fn errors_of_curves(&self, session: &Session) -> impl Iterator<Item = f64> {
+        let share = if session.has_windows() { CURVES } else { 0.0 };
+        self.readings().spreads.iter().map(move |spread| share * spread)
     }
 
     /// The noises that are found from the residuals.

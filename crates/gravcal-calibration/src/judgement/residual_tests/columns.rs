@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_robot_model::parameter::SensorParameter;
+use gravcal_robot_model::sensors::Need;
 use gravcal_robot_model::session::{Pose, Session};
 use nalgebra::Vector3;
 
@@ -15,6 +16,7 @@ use super::of_instruments::PredictedAxes;
 use super::of_torque::PredictedTorques;
 use super::order::sides_by_order;
 use super::rows::ReadingRow;
+use super::uneven_friction::{modelled_friction, sliding_friction};
 use crate::joint::{DisplacedJoints, Solved};
 
 /// The channel of what all joints do.
@@ -66,6 +68,8 @@ pub enum Term {
     Crosstalk,
     /// Of an arm in motion, in share of the reading.
     LoadFriction,
+    /// Of friction that the model has, in share of it.
+    FrictionTrend,
     /// Of an arm in motion, in the unit of the reading.
     FrictionCurve,
     /// Of a joint's coordinate.
@@ -188,6 +192,9 @@ impl<'a> Columns<'a> {
             }
             terms.extend([Term::Velocity, Term::Acceleration, Term::Direction]);
             terms.extend([Term::TorqueGains, Term::TorqueGainTrend, Term::TorqueNonlinearity, Term::Crosstalk]);
+            if self.session.terms.with_friction().contains(&channel) {
+                terms.push(Term::FrictionTrend);
+            }
             if self.may_build_up(channel) {
                 terms.push(Term::Presliding);
             }
@@ -287,6 +294,7 @@ impl<'a> Columns<'a> {
                 let of_load = |pose: usize| self.predicted.reading(pose, channel).abs();
                 vec![self.condition(channel, |pose| &pose.conditions.direction, of_load)]
             }
+            Term::FrictionTrend => vec![self.times_friction(channel, self.trend(channel, |_| 0))],
             Term::FrictionCurve => self.over_speed(channel),
             Term::PositionOffsets => self.apart(&self.tables_of_all(), MOST_RECORDINGS, |within| {
                 vec![self.coordinate(channel, |pose| f64::from(within(pose)))]
@@ -325,6 +333,12 @@ impl<'a> Columns<'a> {
         bends.then(|| self.coordinate(joint, |pose| angle * self.torques[pose][joint] / largest))
     }
 
+    /// Friction that is a whole of itself more whichever way a joint moves; nothing of one of which none is known.
+    pub fn uneven_friction(&self, joint: usize) -> Option<Vec<f64>> {
+        let friction = sliding_friction(self.session, self.solved, joint);
+        friction.iter().any(|friction| *friction != 0.0).then(|| self.reading(joint, |pose| friction[pose]))
+    }
+
     /// An eccentric position sensor, a radian off to either side once over a turn; nothing of a joint that slides.
     pub fn eccentric(&self, joint: usize) -> Vec<Vec<f64>> {
         match self.slopes[joint].is_empty() {
@@ -360,6 +374,7 @@ impl<'a> Columns<'a> {
             Term::TrendCurve => vec![self.squared_time(channel, 0.0)],
             Term::TrendInTables => vec![self.time_since(channel, |pose| self.session.poses[pose].table)],
             Term::TorqueGainTrend => vec![self.times_reading(channel, self.time_since(channel, |_| 0))],
+            Term::FrictionTrend => vec![self.times_friction(channel, self.time_since(channel, |_| 0))],
             _ => self.of(channel, term),
         }
     }
@@ -461,6 +476,16 @@ impl<'a> Columns<'a> {
     fn times_reading(&self, joint: usize, mut column: Vec<f64>) -> Vec<f64> {
         for ReadingRow { row, pose, .. } in &self.readings[joint] {
             column[*row] *= self.predicted.reading(*pose, joint);
+        }
+        column
+    }
+
+    /// The same, each times what friction of the model makes of it.
+    fn times_friction(&self, joint: usize, mut column: Vec<f64>) -> Vec<f64> {
+        let read = [Need::Direction, Need::Presliding, Need::Velocity];
+        let friction = modelled_friction(self.session, self.solved, joint, &read);
+        for ReadingRow { row, pose, .. } in &self.readings[joint] {
+            column[*row] *= friction.get(*pose).copied().unwrap_or(0.0);
         }
         column
     }

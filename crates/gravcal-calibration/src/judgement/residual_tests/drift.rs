@@ -28,14 +28,17 @@ pub fn drift_of_joint(candidate: &Candidate, joints: usize) -> Option<usize> {
 
 /// What other channels may have where a candidate is so, and the channels in which it is known.
 pub fn not_alone(candidate: &Candidate, joints: usize) -> Option<(Term, Vec<usize>)> {
-    use Term::{PositionOffsets, TorqueGainTrend, TorqueGains, Trend, TrendCurve, TrendInTables};
+    use Term::{FrictionTrend, PositionOffsets, TorqueGainTrend, TorqueGains, Trend, TrendCurve, TrendInTables};
     match candidate {
         Candidate::Term(channel, Trend | TrendInTables) => Some((Trend, vec![*channel])),
         Candidate::DriftOfAll => Some((Trend, (0..joints).collect())),
-        Candidate::Term(joint, term @ (TorqueGains | TorqueGainTrend | PositionOffsets | TrendCurve)) => {
-            Some((term.clone(), vec![*joint]))
+        Candidate::Term(
+            joint,
+            term @ (TorqueGains | TorqueGainTrend | FrictionTrend | PositionOffsets | TrendCurve),
+        ) => Some((term.clone(), vec![*joint])),
+        Candidate::Together(term @ (TorqueGains | TorqueGainTrend | FrictionTrend)) => {
+            Some((term.clone(), (0..joints).collect()))
         }
-        Candidate::Together(term @ (TorqueGains | TorqueGainTrend)) => Some((term.clone(), (0..joints).collect())),
         _ => None,
     }
 }

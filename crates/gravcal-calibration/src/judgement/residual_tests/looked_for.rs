@@ -6,6 +6,7 @@ use super::candidate::Candidate;
 use super::columns::Term;
 use super::rows::Rows;
 use super::search::Search;
+use crate::joint::CURVES;
 
 /// Residuals below this share of the readings' range are those of arithmetic.
 const ROUNDING: f64 = 1e-7;
@@ -29,7 +30,8 @@ impl Search<'_> {
         let positions = if scattered.is_empty() { 0 } else { self.session.joints.len() };
         let mut candidates: Vec<Candidate> =
             scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect();
-        let mut of_all = vec![Term::Compliance, Term::TorqueLag, Term::TorqueFilter, Term::TorqueGainTrend];
+        let mut of_all =
+            vec![Term::Compliance, Term::TorqueLag, Term::TorqueFilter, Term::TorqueGainTrend, Term::FrictionTrend];
         if self.columns.tables_of_all().len() == 2 {
             of_all.push(Term::TorqueGains);
         }
@@ -58,6 +60,7 @@ impl Search<'_> {
             |row: &usize| (maker.residuals()[*row] * self.solved.readings().std(self.session, rows[*row])).powi(2);
         let rms = (own.iter().map(square).sum::<f64>() / own.len().max(1) as f64).sqrt();
         let largest = own.iter().filter_map(|row| self.session.reading(rows[*row]));
-        rms > ROUNDING * largest.map(|reading| reading.value.abs()).fold(0.0, f64::max)
+        let least = if self.session.has_windows() { CURVES } else { ROUNDING };
+        rms > least * largest.map(|reading| reading.value.abs()).fold(0.0, f64::max)
     }
 }

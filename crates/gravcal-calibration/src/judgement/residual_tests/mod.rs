@@ -66,6 +66,7 @@ mod search;
 mod taken_as_exact;
 #[cfg(test)]
 mod tests;
+mod uneven_friction;
 mod words;
 mod words_of_stated;
 

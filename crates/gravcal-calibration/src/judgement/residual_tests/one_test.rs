@@ -54,6 +54,7 @@ impl Search<'_> {
                 (ResidualTestKind::Crosstalk { joint }, size, unit)
             }
             Term::LoadFriction => (ResidualTestKind::LoadFriction, 100.0 * first.abs(), "%".to_owned()),
+            Term::FrictionTrend => (ResidualTestKind::FrictionTrend, 100.0 * first, format!("%/{each}")),
             Term::FrictionCurve => {
                 let (size, share) = friction_curve::seen_most(&coefficients).unwrap_or_default();
                 let speed = share * self.columns.highest_speed(channel);

@@ -1,7 +1,7 @@
 //! What hangs on that which the session takes as exact.
 //!
 //! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints, mountings of instruments, position sensors that are not eccentric, zeros of torque sensors that are the same in all
-//! tables: what is wrong of them passes for gains and offsets, so that residuals need not show it.
+//! tables, friction that is the same both ways: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
 use gravcal_estimation::BlockId;
@@ -11,6 +11,7 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 
 use super::columns::Term;
 use super::search::Search;
+use super::uneven_friction::UNEVEN;
 use crate::joint::is_stiffness_unsaid;
 use crate::judgement::{Asked, Judgement};
 use crate::result::{ResidualTest, ResidualTestKind, TakenAsExact};
@@ -63,6 +64,7 @@ impl Search<'_> {
             (!included(&|kind| matches!(kind, ResidualTestKind::Tables { .. }))).then(|| self.zeros()),
             (!included(&|kind| matches!(kind, ResidualTestKind::PositionHarmonic { .. })))
                 .then(|| self.position_sensors()),
+            Some(self.friction()),
         ];
         let mut taken = Vec::new();
         for Exact { wrong, cure, columns, itself } in exact.into_iter().flatten() {
@@ -171,6 +173,21 @@ impl Search<'_> {
                 true => "what is read in motion does not tell it: calibrate position-harmonics from static poses",
             },
             columns: joints.flat_map(|joint| self.columns.eccentric(joint)).map(off).collect(),
+            itself: None,
+        }
+    }
+
+    /// Of joints that move both ways.
+    fn friction(&self) -> Exact {
+        let of_joint = |joint: usize| self.columns.uneven_friction(joint);
+        let off = |column: Vec<f64>| column.into_iter().map(|entry| UNEVEN * entry).collect();
+        Exact {
+            wrong: format!(
+                "friction of each joint were {} % more one way than the other",
+                significant(200.0 * UNEVEN, 1)
+            ),
+            cure: "no reading in motion tells it from a bias: state torque_bias with its std where a sensor's zero is known",
+            columns: (0..self.session.joints.len()).filter_map(of_joint).map(off).collect(),
             itself: None,
         }
     }

@@ -309,6 +309,11 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         | ResidualTestKind::TorqueNonlinearity
         | ResidualTestKind::Crosstalk { .. }
         | ResidualTestKind::LoadFriction => of_axis(session, test).unwrap_or_else(|| of_torque(session, test)),
+        ResidualTestKind::FrictionTrend => (
+            format!("The residuals show that friction of {channel} changes with time, by {size} {unit} of it."),
+            "Gears that warm up do so: move the arm until it is warm, and record it then; or leave the first minutes out (from_s in [[poses]])."
+                .into(),
+        ),
         ResidualTestKind::FrictionCurve { speed } => of_friction_curve(session, test, *speed),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
