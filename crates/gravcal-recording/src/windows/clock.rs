@@ -49,6 +49,7 @@ pub(super) struct Recorded {
     pub width: usize,
     tested: usize,
     pub repeated: u64,
+    pub empty: u64,
     /// Rows in a row that repeated the last one.
     repeats: u64,
 }
@@ -64,11 +65,12 @@ impl Recorded {
             width,
             tested,
             repeated: 0,
+            empty: 0,
             repeats: 0,
         }
     }
 
-    /// Takes a row, unless it repeats the one before; the times, where they run backwards.
+    /// Takes a row, unless it repeats the one before, or is empty; the times, where they run backwards.
     pub fn push(&mut self, time: f64, row: u64, values: &[f64]) -> Result<(), (f64, f64)> {
         if values[..self.joints].iter().any(|value| value.is_nan()) {
             return Ok(());
@@ -78,6 +80,12 @@ impl Recorded {
                 return Err((*before, time));
             }
             let last = &self.values[self.values.len() - self.width..][..self.tested];
+            // No arm is in all joints, and carries in all, exactly nothing at once.
+            let is_empty = values[..self.tested].iter().all(|value| *value == 0.0);
+            if is_empty && self.tested > 1 && last.iter().all(|value| *value != 0.0) {
+                self.empty += 1;
+                return Ok(());
+            }
             let same = last.iter().zip(values).all(|(a, b)| a.to_bits() == b.to_bits());
             if time == *before || (same && self.moves(last) && self.repeats < STANDS) {
                 self.repeated += 1;

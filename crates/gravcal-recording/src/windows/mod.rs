@@ -108,6 +108,8 @@ pub struct MotionWindows {
     pub wraps: Vec<u64>,
     /// Rows that say the same as the row before, and were left out.
     pub repeated: u64,
+    /// Rows that are zero in all columns behind one that is in none, as messages without content are, and were left out.
+    pub empty: u64,
     /// Rows without a time, left out.
     pub without_time: u64,
     /// How often nothing was recorded for long.
@@ -216,6 +218,7 @@ pub fn motion_windows(
         position_noise: splines.noise.clone(),
         wraps,
         repeated: recorded.repeated,
+        empty: recorded.empty,
         without_time: reader.without_time,
         interruptions: splines.runs.len().saturating_sub(1) as u64,
         torque_lag: rule.torque_lag,

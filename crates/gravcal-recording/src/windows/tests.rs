@@ -145,6 +145,20 @@ fn a_recorder_that_stalls_is_waited_for() {
     assert!(difference(&missing) < 1e-3, "{}", difference(&missing));
 }
 
+/// Messages without content say nothing, and are counted; an arm that passes zero says that.
+#[test]
+fn empty_rows_are_left_out() {
+    let row = |(row, t): (usize, f64)| {
+        let [q, v, a] = motion(t);
+        if row % 300 == 150 { [t, 0.0, 0.0] } else { [t, q, q + v + a] }
+    };
+    let found = windows_of(times(4000).enumerate().map(row)).unwrap();
+    assert_eq!((found.empty, found.repeated), (13, 0));
+    assert!(difference(&found) < 2e-3, "{}", difference(&found));
+    let standing = windows_of(times(400).map(|t| [t, 0.0, 0.0])).unwrap();
+    assert_eq!(standing.empty, 0);
+}
+
 #[test]
 fn noise_of_an_encoder_is_smoothed_away() {
     let error = error_of_the_means(3e-4);

@@ -155,8 +155,18 @@ fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
 
 /// How many windows there are, whose times were believed, and how noisy positions are.
 fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> Vec<String> {
-    let MotionWindows { found, clock, interval, position_noise, wraps, repeated, without_time, interruptions, .. } =
-        windows;
+    let MotionWindows {
+        found,
+        clock,
+        interval,
+        position_noise,
+        wraps,
+        repeated,
+        empty,
+        without_time,
+        interruptions,
+        ..
+    } = windows;
     let length = found.first().map_or(0.0, |window| window.interval[1] - window.interval[0]);
     let clock = match clock {
         Clock::Stamps => "as they are stamped",
@@ -179,8 +189,13 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
     let wrapping = wrapping(wraps, mapping).map(|columns| {
         format!("{name}: positions wrap ({columns}); full turns are added, so that each joint goes on.")
     });
+    let messages = [
+        "row is zero in all columns, as a message without content is, and is",
+        "rows are zero in all columns, as messages without content are, and are",
+    ];
+    let empty = (*empty > 0).then(|| format!("{name}: {} left out.", counted(*empty, messages)));
     let oddities = oddities(name, *repeated, *without_time, *interruptions);
-    [reported].into_iter().chain(noise).chain(wrapping).chain(oddities).collect()
+    [reported].into_iter().chain(noise).chain(wrapping).chain(empty).chain(oddities).collect()
 }
 
 fn standstill_notes(name: &str, standstills: &Standstills, mapping: &PoseMapping) -> Vec<String> {
