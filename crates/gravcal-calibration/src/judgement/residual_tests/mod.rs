@@ -30,7 +30,7 @@
 //! as all other tests together have.
 //!
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise, or where it moves a number by
-//! half of its standard deviation and is surely there, or by three: of a term that the fit takes up nearly whole little is seen, and it moves numbers most; neighbours
+//! half of its standard deviation and is surely there, or by three where blocks tell it: of a term that the fit takes up nearly whole little is seen, and it moves numbers most; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. By as much as such a term would move a number
 //! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
 //! an uncertainty. A zero that drifts is seldom alone, nor is a gain or a zero that has changed: where one is named, others are taken to have, too ([`drift`]). The verdict stays *partly

@@ -22,7 +22,7 @@ use crate::result::{ResidualTest, ResidualTestKind};
 const ALIKE: f64 = 0.2;
 /// A term that moves a number by more than so many of its standard deviations spoils its interval: one of 95 % holds in 92 % then.
 const MOVES: f64 = 0.5;
-/// A term that is named, and would move a number by so many, does so however likely chance is: if it is there, that number is wrong.
+/// Where neighbours are alike, blocks of them tell a term with little power: one that is named there, and would move a number by so many, does so too.
 const MOVES_FAR: f64 = 3.0;
 /// Probability, corrected for the number of tests, below which it does so even if little is seen of it: chance moves numbers as far.
 const SURE: f64 = 0.1 * SIGNIFICANCE;
@@ -338,7 +338,8 @@ impl Search<'_> {
 
     /// `moves`: by how many of its standard deviations it moves any number.
     fn judged(&self, candidate: &Candidate, test: ResidualTest, moves: f64) -> ResidualTest {
-        let matters = test.in_noise >= MATTERS || (moves > MOVES && test.corrected_p_value < SURE) || moves > MOVES_FAR;
+        let far = test.blocks.is_some() && moves > MOVES_FAR;
+        let matters = test.in_noise >= MATTERS || (moves > MOVES && test.corrected_p_value < SURE) || far;
         let spoils = match candidate {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
             Candidate::Term(channel, Term::Direction) => matters && !self.errs_at_rest(*channel),
