@@ -239,8 +239,12 @@ fn what_is_found_is_reported() {
     assert!(result.notes.iter().any(sticking), "{:?}", result.notes);
     assert!(notes.iter().all(|note| result.notes.contains(note)), "{:?}", result.notes);
     // Both ways are poses of their own where the session asks for friction.
-    let (apart, _) = estimated(folder.path(), 1, "sensor_models = [{ kind = \"coulomb-friction\" }]");
+    let (apart, of_apart) = estimated(folder.path(), 1, "sensor_models = [{ kind = \"coulomb-friction\" }]");
     assert_eq!(apart.poses.len(), 2 * session.poses.len());
+    for result in [&result, &of_apart] {
+        let uneven = result.taken_as_exact.iter().find(|exact| exact.wrong.contains("friction of each joint"));
+        assert!(uneven.is_some_and(|uneven| uneven.off_in_std > 2.0), "{:?}", result.taken_as_exact);
+    }
 }
 
 /// Of a joint that stands while the other sweeps what is left of its friction is unknown, where each joint sweeps in a recording of its own, too,

@@ -426,3 +426,23 @@ impl Roots {
         self.0[a.max(b)] = a.min(b);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each but the last has the least work that is worth a chunk, in few factors where these are means over many moments.
+    #[test]
+    fn chunks_are_about_the_same_work() {
+        let lengths = |work: &[usize]| -> Vec<usize> {
+            let chunks = cut(work, &[], 10);
+            let follow = chunks.windows(2).all(|pair| pair[0].factors.end == pair[1].factors.start);
+            assert!(follow && chunks[0].factors.start == 0 && chunks[chunks.len() - 1].factors.end == work.len());
+            chunks.iter().map(|chunk| chunk.factors.len()).collect()
+        };
+        assert_eq!(lengths(&[1; 2000]), [512, 512, 512, 464]);
+        assert_eq!(lengths(&[64; 20]), [8, 8, 4]);
+        assert_eq!(lengths(&[[1; 600].as_slice(), &[128; 4]].concat()), [512, 92]);
+        assert_eq!(lengths(&[100; 10_000]).len(), 64);
+    }
+}

@@ -16,8 +16,8 @@ use crate::motion::median;
 
 /// Times from row to row, in median ones, that interrupt a recording.
 const GAP: f64 = 5.0;
-/// Rows that follow each other at once make up for a pause where one of the next so many times the rows that fit into it comes when it should, by
-/// so many median steps: the recorder stalled, and no row is missing.
+/// After a pause in which the recorder stalled, and no row is missing, rows come at once until one is on time again: within so many times the rows
+/// that fit into the pause, and to so many median steps.
 const BURST: f64 = 1.5;
 const ON_TIME: f64 = 1.0;
 /// A candidate is believed where its third differences are smaller than this share of those by the stamps.
@@ -80,7 +80,7 @@ impl Recorded {
                 return Err((*before, time));
             }
             let last = &self.values[self.values.len() - self.width..][..self.tested];
-            // No arm is in all joints, and carries in all, exactly nothing at once.
+            // No arm that moves has every position and every torque at exactly zero.
             let is_empty = values[..self.tested].iter().all(|value| *value == 0.0);
             if is_empty && self.tested > 1 && last.iter().all(|value| *value != 0.0) {
                 self.empty += 1;

@@ -51,7 +51,8 @@ impl ChangedLoad {
         made
     }
 
-    /// The same where the readings have it by what was found for it: a start, which knows neither sensors nor masses, tells it only roughly.
+    /// The same change at the pose where it explains the readings best with the values `found` for it: a start, which knows neither sensors nor masses,
+    /// tells that pose only roughly.
     pub fn placed(
         self,
         session: &Session,

@@ -20,8 +20,6 @@ const NOISE_ROUNDS: usize = 8;
 const UNEXPLAINED_ROUNDS: usize = 30;
 /// Iterations of each round: the next goes on from there, and what noise shifts is little beside what it costs to follow it to the last digit.
 const NOISE_ITERATIONS: usize = 12;
-/// What an iteration of a round must lower ½ χ² by for another to follow: the noise is the same then to the digit that ends rounds.
-const ROUND_GAINS: f64 = 1e-5;
 /// The relative change of noise at which rounds end.
 const NOISE_TOLERANCE: f64 = 1e-3;
 /// The same where ends are only compared: − ln L is least at the noise that is found, and one per cent beside it larger by a ten thousandth of
@@ -151,15 +149,13 @@ fn solve_with_noise_from(
     }
     let rough = environment.is_rough();
     let tolerance = if rough { ROUGH_TOLERANCE } else { NOISE_TOLERANCE };
-    let of_round = environment.within(NOISE_ITERATIONS);
-    let of_round = if rough { of_round } else { of_round.to_within(ROUND_GAINS) };
     for round in 0..if estimated && !rough { UNEXPLAINED_ROUNDS } else { NOISE_ROUNDS } {
         environment.report("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
         readings.loss = if round == 0 { Loss::None } else { loss };
         let problem = built(&readings, &start)?;
         let problem = if round == 0 { problem } else { problem.resting_at_start() };
-        let (problem, estimate) = fit_in_rounds(&problem, 1, &of_round)?;
+        let (problem, estimate) = fit_in_rounds(&problem, 1, &environment.within(NOISE_ITERATIONS))?;
         let solved = Solved::judged(problem, estimate)?;
         let rows = solved.row_residuals()?;
         let noise = solved.noise_shown(session, loss, &rows);

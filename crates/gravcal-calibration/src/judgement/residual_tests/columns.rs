@@ -333,7 +333,7 @@ impl<'a> Columns<'a> {
         bends.then(|| self.coordinate(joint, |pose| angle * self.torques[pose][joint] / largest))
     }
 
-    /// Friction that is a whole of itself more whichever way a joint moves; nothing of one of which none is known.
+    /// A torque as large as a joint's sliding friction, the same whichever way it moves; nothing where no friction is known.
     pub fn uneven_friction(&self, joint: usize) -> Option<Vec<f64>> {
         let friction = sliding_friction(self.session, self.solved, joint);
         friction.iter().any(|friction| *friction != 0.0).then(|| self.reading(joint, |pose| friction[pose]))

@@ -86,12 +86,9 @@ mod tests {
             pose.torque[1].iter_mut().for_each(|reading| reading.value += UNEVEN * FRICTION);
         }
         let result = estimate(&session);
-        let told = |result: &crate::result::EstimatorResult| {
-            let exact = result.taken_as_exact.iter().find(|exact| exact.wrong.contains("friction of each joint"));
-            exact.map(|exact| (exact.parameter.clone(), exact.off_in_std))
-        };
-        let (parameter, off_in_std) = told(&known).unwrap();
-        let of = |errors: &[(String, f64)]| errors.iter().find(|(name, _)| *name == parameter).unwrap().1;
+        let told = known.taken_as_exact.iter().find(|exact| exact.wrong.contains("friction of each joint")).unwrap();
+        let (parameter, off_in_std) = (&told.parameter, told.off_in_std);
+        let of = |errors: &[(String, f64)]| errors.iter().find(|(name, _)| name == parameter).unwrap().1;
         let off = (of(&errors(&session, &simulation, &result)) - of(&before)).abs();
         assert!(off > 2.0 && (off / off_in_std - 1.0).abs() < 0.2, "{parameter} {off} {off_in_std}");
     }
