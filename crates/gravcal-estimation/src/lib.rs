@@ -26,6 +26,7 @@
 mod automatic;
 mod batch;
 mod block;
+mod by_column;
 mod combination;
 mod constraint;
 mod derivative_check;

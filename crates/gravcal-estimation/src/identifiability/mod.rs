@@ -15,8 +15,10 @@ mod elimination;
 
 use std::sync::Arc;
 
-use faer::Mat;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, Par};
 
+use crate::by_column::ByColumn;
 use crate::eliminated_columns::{EliminatedColumns, Reduced};
 use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
@@ -250,11 +252,15 @@ impl RankAnalysis {
     /// Covariance `(JᵀJ)⁺` over the determined directions, with J as the rank analysis decomposed it: with every factor's
     /// loss. It is the covariance of the estimate where there is no loss.
     pub fn covariance(&self) -> Covariance {
-        let size = self.scales.len();
+        let (size, directions) = (self.scales.len(), self.determined_directions());
+        let directions = Mat::from_fn(size, directions.len(), |column, k| directions[k][column]);
+        let mut lower = Mat::zeros(size, size);
+        let (half, full) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+        matmul(&mut lower, half, Accum::Replace, &directions, full, directions.transpose(), full, 1.0, Par::Seq);
         let mut tangent = vec![0.0; size * size];
-        for direction in &self.determined_directions() {
-            for (row, left) in tangent.chunks_exact_mut(size).zip(direction) {
-                row.iter_mut().zip(direction).for_each(|(sum, right)| *sum += left * right);
+        for i in 0..size {
+            for j in 0..=i {
+                (tangent[i * size + j], tangent[j * size + i]) = (lower[(i, j)], lower[(i, j)]);
             }
         }
         self.over_all_columns(Covariance::new(tangent, size))
@@ -299,9 +305,9 @@ impl RankAnalysis {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
         problem.made_of_rows(values, 1, |row, leverage| {
             let reduced = self.eliminated.reduce(entries(row));
-            let mut along = vec![0.0; directions.count];
-            directions.along(reduced.shared.iter().copied(), &mut along);
-            leverage[0] = along.iter().map(|along| along.powi(2)).sum::<f64>() + reduced.own_covariance(&reduced);
+            let mut along = vec![0.0; directions.count()];
+            let square = directions.along(reduced.shared.iter().copied(), &mut along);
+            leverage[0] = square + reduced.own_covariance(&reduced);
             row[row.len() - 1]
         })
     }
@@ -313,7 +319,7 @@ impl RankAnalysis {
     pub(crate) fn basis_rows(&self, problem: &Problem, values: &Values) -> Result<BasisRows, EvaluateError> {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
         let has_eliminated = self.has_eliminated();
-        let (shared, others) = problem.made_of_rows(values, directions.count, |row, along| {
+        let (shared, others) = problem.made_of_rows(values, directions.count(), |row, along| {
             let residual = row[row.len() - 1];
             if !has_eliminated {
                 directions.along(entries(row), along);
@@ -325,7 +331,7 @@ impl RankAnalysis {
         })?;
         let (eliminated, residuals): (Vec<_>, Vec<f64>) = others.into_iter().unzip();
         Ok(BasisRows {
-            rank: directions.count,
+            rank: directions.count(),
             shared,
             eliminated: if has_eliminated { eliminated } else { Vec::new() },
             own: self.eliminated.count(),
@@ -339,30 +345,8 @@ impl RankAnalysis {
 }
 
 /// What is not zero of a row without its residual, by column.
-fn entries(row: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+pub(crate) fn entries(row: &[f64]) -> impl Iterator<Item = (usize, f64)> {
     row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0)
-}
-
-/// Directions, the entries of all of them at one column side by side.
-struct ByColumn {
-    count: usize,
-    entries: Vec<f64>,
-}
-
-impl ByColumn {
-    fn of(directions: &[Vec<f64>], columns: usize) -> ByColumn {
-        let at = |column: usize| directions.iter().map(move |direction| direction[column]);
-        ByColumn { count: directions.len(), entries: (0..columns).flat_map(at).collect() }
-    }
-
-    /// The product of a row with each of them.
-    fn along(&self, row: impl IntoIterator<Item = (usize, f64)>, out: &mut [f64]) {
-        out.fill(0.0);
-        for (column, entry) in row {
-            let directions = &self.entries[self.count * column..self.count * (column + 1)];
-            out.iter_mut().zip(directions).for_each(|(sum, direction)| *sum += entry * direction);
-        }
-    }
 }
 
 /// Rows in an orthonormal basis.

@@ -136,16 +136,37 @@ impl Problem {
     /// # Errors
     /// As [`Problem::residuals`].
     pub fn transposed_product(&self, values: &Values, u: &[f64]) -> Result<Vec<f64>, EvaluateError> {
-        let mut rows = Rows::new(self, values);
-        let mut stored = Vec::new();
-        let mut product = vec![0.0; self.columns.len()];
-        for factor in 0..self.factors.len() {
-            rows.linearize(factor, false)?;
-            rows.check_jacobian(factor)?;
-            rows.sum(&u[self.rows_of(factor)], &mut stored);
-            rows.for_tangent(factor, &stored, |column, entry| product[column] += entry);
+        self.transposed_products(values, &[u]).map(|products| products.into_iter().flatten().collect())
+    }
+
+    /// The same of several `u`, for which the Jacobian is made once.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn transposed_products(&self, values: &Values, u: &[&[f64]]) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        let of_batches = self.for_each_batch(values, &mut [], 0, |rows, factors, _| {
+            let mut products = vec![vec![0.0; self.columns.len()]; u.len()];
+            let mut stored = Vec::new();
+            for factor in factors {
+                rows.linearize(*factor, false)?;
+                rows.check_jacobian(*factor)?;
+                for (u, product) in u.iter().zip(&mut products) {
+                    let own = &u[self.rows_of(*factor)];
+                    if own.iter().any(|u| *u != 0.0) {
+                        rows.sum(own, &mut stored);
+                        rows.for_tangent(*factor, &stored, |column, entry| product[column] += entry);
+                    }
+                }
+            }
+            Ok(products)
+        })?;
+        let mut products = vec![vec![0.0; self.columns.len()]; u.len()];
+        for of_batch in of_batches {
+            for (sum, part) in products.iter_mut().zip(of_batch) {
+                sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+            }
         }
-        Ok(product)
+        Ok(products)
     }
 
     /// Runs `task` on batches of factors in parallel, each writing only its own rows of `width` numbers; gives what they give, in order.

@@ -63,6 +63,9 @@ pub fn along_constraints(
 /// By how many standard deviations the readings would like to pass each active constraint of an estimate; 0 where a constraint holds what the
 /// readings say nothing of. `analysis` is that of the problem at the estimate, without its constraints.
 pub fn leans(problem: &Problem, estimate: &Estimate, analysis: &RankAnalysis) -> Vec<f64> {
+    if estimate.active.is_empty() {
+        return Vec::new();
+    }
     let covariance = analysis.covariance();
     let std = |function: &Affine| {
         let column = |(id, component, c): &(BlockId, usize, f64)| Some((problem.columns_of(*id).nth(*component)?, *c));

@@ -6,6 +6,7 @@
 
 use super::projected::{Projected, back};
 use super::{Solution, StatisticsError};
+use crate::Loss;
 
 /// By how much each column of the problem is off, of each of some errors (one entry a row of the problem, in standard deviations); columns of
 /// eliminated blocks are left at zero.
@@ -16,18 +17,20 @@ pub fn moved_by(solution: &Solution<'_>, errors: &[Vec<f64>]) -> Result<Vec<Vec<
     if errors.is_empty() {
         return Ok(Vec::new());
     }
-    let projected = Projected::of_shared(solution)?;
-    let rows = projected.rows_of(0..solution.problem.factors().len());
-    let moved = |errors: &Vec<f64>| {
-        let mut along = vec![0.0; projected.rank()];
-        for (row, error) in rows.iter().zip(errors).filter(|(_, error)| **error != 0.0) {
-            along.iter_mut().zip(row).for_each(|(along, row)| *along += error * row);
-        }
-        let mut moved = back(&projected.directions, &along);
-        moved.resize(solution.problem.columns().len(), 0.0);
+    let Solution { problem, values, analysis } = *solution;
+    if problem.factors().iter().any(|factor| factor.loss != Loss::None) {
+        solution.without_eliminated()?;
+    }
+    // With `T` the determined directions, along which `J T` is orthonormal, `(JᵀJ)⁻¹ = T Tᵀ`.
+    let directions = analysis.determined_directions();
+    let errors: Vec<&[f64]> = errors.iter().map(Vec::as_slice).collect();
+    let moved = |product: Vec<f64>| {
+        let along = Projected::of_function(&directions, &analysis.reduce(product.into_iter().enumerate()).shared);
+        let mut moved = back(&directions, &along);
+        moved.resize(problem.columns().len(), 0.0);
         moved
     };
-    Ok(errors.iter().map(moved).collect())
+    Ok(problem.transposed_products(values, &errors)?.into_iter().map(moved).collect())
 }
 
 #[cfg(test)]

@@ -14,7 +14,9 @@ use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
 
 use super::{Covariance, Solution, StatisticsError};
+use crate::by_column::ByColumn;
 use crate::eliminated_columns::Reduced;
+use crate::identifiability::entries;
 use crate::loss::LossValue;
 use crate::problem::Rows;
 use crate::{Loss, Noise, Problem};
@@ -47,9 +49,13 @@ impl<'a> Projected<'a> {
         solution.without_eliminated()?;
         let directions = solution.analysis.determined_directions();
         let columns = solution.problem.columns().len();
-        let project = |row: &[f64]| directions.iter().map(|direction| dot(row, direction)).collect();
-        let (_, rows) =
-            solution.problem.made_of_rows(solution.values, 0, |row, _| (project(&row[..columns]), row[columns]))?;
+        let by_column = ByColumn::of(&directions, columns);
+        let project = |row: &[f64], _: &mut [f64]| {
+            let mut along = vec![0.0; directions.len()];
+            by_column.along(entries(row), &mut along);
+            (along, row[columns])
+        };
+        let (_, rows) = solution.problem.made_of_rows(solution.values, 0, project)?;
         let (rows, residuals) = rows.into_iter().unzip();
         Ok(Projected { problem: solution.problem, rows, residuals, eliminated: Vec::new(), directions })
     }
@@ -79,8 +85,11 @@ impl<'a> Projected<'a> {
         Ok(projected)
     }
 
-    /// The same in coordinates in which the curvature of the whole cost is the identity.
+    /// The same in coordinates in which the curvature of the whole cost is the identity; as they are where no loss bends it.
     pub fn with_unit_curvature(mut self) -> Result<Self, StatisticsError> {
+        if self.problem.factors().iter().all(|factor| factor.loss == Loss::None) {
+            return Ok(self);
+        }
         let curvature = self.curvature(0..self.problem.factors().len());
         let factor = Llt::new(curvature.as_ref(), faer::Side::Lower).map_err(|_| StatisticsError::NotConvex)?;
         let lower = factor.L();
