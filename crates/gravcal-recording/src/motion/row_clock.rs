@@ -23,6 +23,8 @@ const OF_STEPS: f64 = 0.01;
 const OF_TIME: f64 = 0.5;
 /// No recording has rows so far apart, s.
 const HARDLY_SECONDS: f64 = 10.0;
+/// Nor so near each other, s: drives are controlled at some 10 kHz.
+const HARDLY_APART: f64 = 3e-5;
 /// A larger share of rows that go backwards in time is no jump of the clock.
 const UNORDERED: f64 = 0.01;
 
@@ -45,9 +47,6 @@ pub struct RowClock {
 impl RowClock {
     /// What to do where neither standstills nor slow sweeps are found.
     pub fn advice(&self) -> String {
-        if let Some(doubt) = self.doubt() {
-            return doubt.trim_end_matches('.').to_owned();
-        }
         self.cure(&format!(
             "let the arm stand for {:.1} s or more in each pose (readings.still), or move one joint slowly to and fro while the others stand \
              (readings.sweeps)",
@@ -64,13 +63,17 @@ impl RowClock {
                 100.0 * backwards
             ));
         }
-        (*rate > 0.0 && rate.recip() > HARDLY_SECONDS).then(|| {
-            format!(
-                "by the clock `{column}` rows are {:.3e} s apart: is its unit right? Say it (readings.time = {{ column = \"{column}\", unit = \"ms\" }}, or \
-                 µs, or ns).",
-                rate.recip()
-            )
-        })
+        let apart = rate.recip();
+        let unit = match apart {
+            _ if *rate <= 0.0 => return None,
+            apart if apart > HARDLY_SECONDS => "unit = \"ms\" }, or µs, or ns",
+            // Of bursts the rate is that of all rows.
+            apart if apart < HARDLY_APART && self.bursts.is_none() => "unit = \"s\" }, or ms, or µs",
+            _ => return None,
+        };
+        Some(format!(
+            "by the clock `{column}` rows are {apart:.3e} s apart: is its unit right? Say it (readings.time = {{ column = \"{column}\", {unit})."
+        ))
     }
 
     /// The same where the slowest column says something a second so many times.
@@ -79,8 +82,11 @@ impl RowClock {
         RowClock { seldom, ..self }
     }
 
-    /// What to do where rows come too seldom: `otherwise`, but of bursts something else.
+    /// What to do where rows come too seldom or end too soon: `otherwise`, but of times that can hardly be, and of bursts, something else.
     pub(crate) fn cure(&self, otherwise: &str) -> String {
+        if let Some(doubt) = self.doubt() {
+            return doubt.trim_end_matches('.').to_owned();
+        }
         match self.bursts {
             None => otherwise.to_owned(),
             Some((_, apart)) if apart > HARDLY_SECONDS => "is the unit of the clock right? say it: readings.time = { column = \"…\", unit = \"ms\" }, or µs, or ns".to_owned(),
@@ -210,6 +216,9 @@ mod tests {
         assert!(shuffled.starts_with("the clock `t` goes backwards in 50 % of the rows"), "{shuffled}");
         let nanoseconds = doubt(&mut (0..500).map(|row| 1e3 * f64::from(row))).unwrap();
         assert!(nanoseconds.contains("rows are 1.000e3 s apart: is its unit right?"), "{nanoseconds}");
+        let seconds = doubt(&mut (0..500).map(|row| 5e-6 * f64::from(row))).unwrap();
+        assert!(seconds.contains("rows are 5.000e-6 s apart") && seconds.contains("unit = \"s\""), "{seconds}");
+        assert_eq!(doubt(&mut (0..500).map(|row| 1e-4 * f64::from(row))), None);
         let clock = RowClock { column: "t".to_owned(), rate: 0.05, backwards: 0.4, ..RowClock::default() };
         assert!(clock.advice().ends_with("they are not in the order of time. Sort them by it"), "{}", clock.advice());
     }
