@@ -69,6 +69,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| report_sweep(session, &plan, i)).collect(),
         assumes_upright: session.gravity.hemisphere.is_none(),
         steps: report_steps(session, &plan),
+        supposed_errors: rough::supposed(session),
         parameters: verdict.parameters,
         payloads: verdict.payloads,
         undetermined,

@@ -30,6 +30,10 @@ pub struct CheckReport {
     /// What each step of the sequential procedure will read, or why it cannot work; empty of a robot that is no serial
     /// chain, along which the steps go.
     pub steps: Vec<StepReport>,
+    /// Errors that the noise does not explain, as the predicted standard deviations allow for them: a share of the largest torque that each joint carries. Absent
+    /// where there are none, or the session states them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supposed_errors: Option<f64>,
     /// Every sensor parameter and gravity, as the joint estimator can know them.
     pub parameters: Vec<CheckedParameter>,
     /// Loads of unknown mass, as the joint estimator can know them.

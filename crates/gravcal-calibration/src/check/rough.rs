@@ -8,15 +8,19 @@ use crate::joint::stands_alike;
 /// Share of the standstills with one beside them that was come to from the other side, from which on they are said to come in pairs.
 const PAIRED: f64 = 0.8;
 
-/// In words; nothing where the size of such errors is stated, or there are none.
+/// The share of a joint's largest torque that is supposed; nothing where the size of such errors is stated, or there are none.
+pub(super) fn supposed(session: &Session) -> Option<f64> {
+    session.unexplained_errors().contains(&UnexplainedError::Estimated).then_some(ROUGH)
+}
+
+/// In words; nothing where nothing is supposed.
 pub(super) fn notes(session: &Session) -> Vec<String> {
-    if !session.unexplained_errors().contains(&UnexplainedError::Estimated) {
-        return Vec::new();
-    }
+    let Some(share) = supposed(session) else { return Vec::new() };
     let hypothetical = format!(
         "Standard deviations to expect allow for errors that the noise does not explain, of {} % of the largest torque that each joint carries: \
-         most arms' friction leaves so much. If yours is known, state it (unexplained_std beside the std of [readings] torque).",
-        100.0 * ROUGH
+         most arms' friction leaves so much. calibrate finds how large they are: on an arm that errs less, its standard deviations are several times smaller. If \
+         yours are known, state them (unexplained_std beside the std of [readings] torque).",
+        100.0 * share
     );
     [hypothetical].into_iter().chain(pairs(session)).collect()
 }

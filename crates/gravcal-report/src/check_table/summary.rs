@@ -44,7 +44,8 @@ impl fmt::Display for CheckSummary<'_> {
             false => "",
         };
         let (table, payloads) = (joint_table(&entries), payloads(report));
-        let taken = [assumed, "Standard deviations to expect\n", &table, &payloads, "--full\n"];
+        let heading = heading(report.supposed_errors);
+        let taken = [assumed, &heading, &table, &payloads, "--full\n"];
         let taken: usize = taken.iter().map(|text| text.lines().count()).sum();
         let steps = if self.steps { unfound(&report.steps) } else { String::new() };
         // In the order in which what is left of the screen goes to them.
@@ -58,8 +59,24 @@ impl fmt::Display for CheckSummary<'_> {
             ],
             MOST.saturating_sub(taken),
         );
-        write!(f, "{verdict}{assumed}Standard deviations to expect\n{table}{further}{payloads}{cures}{data}{steps}")?;
+        write!(f, "{verdict}{assumed}{heading}{table}{further}{payloads}{cures}{data}{steps}")?;
         f.write_str("--full shows all, with every cure.\n")
+    }
+}
+
+/// Of the table, with what its numbers allow for.
+fn heading(supposed_errors: Option<f64>) -> String {
+    let heading = "Standard deviations to expect";
+    match supposed_errors {
+        None => format!("{heading}\n"),
+        Some(share) => {
+            let percent = 100.0 * share;
+            wrapped(
+                "",
+                "  ",
+                &format!("{heading}, if readings err by {percent} % of a joint's largest torque, beyond noise"),
+            )
+        }
     }
 }
 

@@ -42,6 +42,7 @@ fn report() -> CheckReport {
             StepReport { step: 1, finds: "joint1.torque_bias, joint1.position_gain".into(), sweeps: 1, problem: None },
             StepReport { step: 2, finds: "gravity".into(), sweeps: 0, problem: Some("no sweep of joint2".into()) },
         ],
+        supposed_errors: None,
         parameters: vec![
             parameter("gravity", "deg", Some(0.0234)),
             CheckedParameter { determined: false, ..parameter("joint1.torque_gain", "count/(N·m)", None) },
@@ -205,4 +206,13 @@ fn a_summary_has_one_line_a_joint_and_the_first_cures() {
     assert_eq!(joint.split_whitespace().collect::<Vec<_>>(), ["joint1", "open", "0.12", "fixed"], "{text}");
     assert!(text.contains("tilt the base") && text.contains("gravity 0.023 deg"), "{text}");
     assert!(text.lines().count() <= 25 && text.lines().all(|line| line.chars().count() <= 80), "{text}");
+}
+
+#[test]
+fn a_summary_says_what_errors_its_numbers_allow_for() {
+    let report = CheckReport { supposed_errors: Some(1e-3), ..report() };
+    let text = CheckSummary { robot: "arm", report: &report, steps: false }.to_string();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let heading = "Standard deviations to expect, if readings err by 0.1 % of a joint's largest torque, beyond noise";
+    assert!(words.join(" ").contains(heading), "{text}");
 }
