@@ -1,7 +1,8 @@
 //! What a session may have got wrong, found by trying: where the readings contradict the model, a session that differs from it in one
 //! thing and explains them names that thing.
 //!
-//! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, or whose zero is half a turn away, columns of two joints that are
+//! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, or whose zero is half a turn away, joints that turn the other way
+//! than the robot's description says, columns of two joints that are
 //! swapped, of torques, of positions or of both, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
 //! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is taken off or put on in the middle
 //! of a table (`changed_load.rs`).
@@ -43,6 +44,8 @@ const TELLING: usize = 2;
 const EDGE: f64 = std::f64::consts::FRAC_PI_3;
 /// How many of the most promising are solved for.
 const SOLVED: usize = 3;
+/// Arms of few joints look much alike with one axis turned round as with another mistake: that one must explain the readings so much better to be named.
+const TURNED_ROUND: f64 = 0.5;
 
 /// A mistake, and what to do about it.
 #[derive(Clone, Debug)]
@@ -96,6 +99,8 @@ pub(in crate::joint) fn hidden_mistake(
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Hypothesis {
     PositionReversed(usize),
+    /// Torque and position sensor both: its axis points the other way.
+    AxisReversed(usize),
     /// Its zero is half a turn from where it is said to be.
     PositionHalfTurned(usize),
     TorquesSwapped(usize, usize),
@@ -144,7 +149,10 @@ fn mistaken_columns(
     environment.report("looking for swapped columns");
     let (as_it_stands, _) = solve_with(session, &readings, solved, environment)?;
     let mut best: Option<([f64; 2], Hypothesis, State)> = None;
-    for (_, hypothesis) in promising.into_iter().take(SOLVED) {
+    let is_turned_round = |hypothesis: &Hypothesis| matches!(hypothesis, Hypothesis::AxisReversed(_));
+    let (turned_round, others): (Vec<_>, Vec<_>) =
+        promising.into_iter().partition(|(_, hypothesis)| is_turned_round(hypothesis));
+    for (_, hypothesis) in others.into_iter().take(SOLVED).chain(turned_round.into_iter().take(SOLVED)) {
         // Sensors that all read the other way explain gravity in the other hemisphere as well, and are not as declared: there the solution counts.
         let before = match hypothesis {
             Hypothesis::HemisphereInverted => cost_of(session, &readings, solved)?,
@@ -159,7 +167,10 @@ fn mistaken_columns(
             hypothesis = Hypothesis::LoadChanged(changed.placed(session, &readings, &end)?);
             (after, end) = solve(hypothesis)?;
         }
-        if after < BETTER * before && best.as_ref().is_none_or(|([lowest, _], ..)| after < *lowest) {
+        let share =
+            |best: &Hypothesis| if is_turned_round(&hypothesis) && !is_turned_round(best) { TURNED_ROUND } else { 1.0 };
+        let lowest = best.as_ref().map_or(f64::INFINITY, |([lowest, _], best, _)| share(best) * lowest);
+        if after < BETTER * before && after < lowest {
             best = Some(([after, before], hypothesis, end));
         }
     }
@@ -214,6 +225,7 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
     let turns = |joint: &usize| session.robot.chain.joints()[*joint].kind == JointKind::Revolute;
     (0..joints)
         .map(Hypothesis::PositionReversed)
+        .chain((0..joints).map(Hypothesis::AxisReversed))
         .chain((0..joints).filter(turns).map(Hypothesis::PositionHalfTurned))
         .chain(torques.map(|(a, b)| Hypothesis::TorquesSwapped(a, b)))
         .chain(positions.clone().map(|(a, b)| Hypothesis::PositionsSwapped(a, b)))
@@ -254,6 +266,11 @@ impl Hypothesis {
         match self {
             Hypothesis::PositionReversed(joint) => {
                 made.joints[joint].parameters[SensorParameter::PositionGain as usize].nominal *= -1.0;
+            }
+            Hypothesis::AxisReversed(joint) => {
+                for gain in [SensorParameter::PositionGain, SensorParameter::TorqueGain] {
+                    made.joints[joint].parameters[gain as usize].nominal *= -1.0;
+                }
             }
             Hypothesis::PositionHalfTurned(joint) => {
                 let offset = &mut made.joints[joint].parameters[SensorParameter::PositionOffset as usize].nominal;
@@ -297,6 +314,10 @@ impl Hypothesis {
             Hypothesis::PositionReversed(joint) => (
                 format!("reversed position sensor: {}", name(joint)),
                 "Say position_sign = \"reversed\" in its [[joint]].".to_owned(),
+            ),
+            Hypothesis::AxisReversed(joint) => (
+                format!("joint that turns the other way than the robot's description says: {}", name(joint)),
+                "Turn its axis round there, or say position_sign = \"reversed\" and torque_sign = \"reversed\" in its [[joint]].".to_owned(),
             ),
             Hypothesis::PositionHalfTurned(joint) => (
                 format!("position sensor whose zero is half a turn away: {}", name(joint)),
@@ -483,13 +504,16 @@ mod tests {
         session.poses.iter_mut().for_each(|pose| pose.load = pose.load.map(|_| 0));
         let rounded = |number: f64| (1e9 * number).round();
         let hypotheses = hypotheses(&session);
-        assert!(hypotheses.contains(&Hypothesis::LoadExchanged) && hypotheses.len() == 3 + 3 + 3 + 3 + 3 + 1 + 1);
+        assert!(hypotheses.contains(&Hypothesis::LoadExchanged) && hypotheses.len() == 3 + 3 + 3 + 3 + 3 + 3 + 1 + 1);
         for hypothesis in hypotheses {
             let once = hypothesis.made(&session);
             let twice = hypothesis.made(&once);
             let said = |session: &Session| {
-                let sensors: Vec<[f64; 2]> =
-                    session.joints.iter().map(|joint| [2, 3].map(|p| rounded(joint.parameters[p].nominal))).collect();
+                let sensors: Vec<[f64; 3]> = session
+                    .joints
+                    .iter()
+                    .map(|joint| [0, 2, 3].map(|p| rounded(joint.parameters[p].nominal)))
+                    .collect();
                 (session.poses.clone(), sensors, session.gravity.hemisphere)
             };
             assert!(said(&once) != said(&session), "{hypothesis:?} changes nothing");
