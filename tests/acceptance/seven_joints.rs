@@ -73,21 +73,63 @@ fn check_foresees_that_nothing_is_missing() {
     assert_eq!(combinations(&check.undetermined), [LAST_OFFSET]);
 }
 
+/// That both sensors of one read the other way is the same to the readings as that its axis does.
+#[test]
+fn a_joint_that_turns_the_other_way_than_the_robot_says_is_named() {
+    let session = tilted_session(|session| {
+        let signs = r#"
+            [joints]
+            torque_sign = "normal"
+            [[joint]]
+            name = "joint3"
+            position_sign = "reversed"
+            torque_sign = "reversed"
+        "#;
+        session.extend(signs.parse::<toml::Table>().unwrap());
+    });
+    let (run, joint) = calibrated(&session.path().join("session.toml"));
+    assert_eq!(run.code, 4, "{run:?}");
+    assert_eq!(joint.termination, "joint that turns the other way than the robot's description says: joint3");
+}
+
+/// And not the position sensor beside it, which would have to be off by many radians.
+#[test]
+fn a_distance_of_two_loads_that_is_wrong_is_named() {
+    let session = tilted_session(|session| {
+        let distance = session["load_distance"].as_array_mut().unwrap()[0].as_table_mut().unwrap();
+        let truth = distance["distance_m"].as_float().unwrap();
+        distance.insert("distance_m".into(), (1.05 * truth).into());
+    });
+    let (run, _) = calibrated(&session.path().join("session.toml"));
+    assert_eq!(run.code, PARTLY, "{run:?}");
+    let words: Vec<&str> = run.stdout.split_whitespace().collect();
+    assert!(words.join(" ").contains("closer together than distance_m says"), "{run:?}");
+}
+
 /// The session on the tilted base with nothing but its bare poses, in a folder of its own.
 fn bare_session() -> TempDir {
+    tilted_session(|session| {
+        for loaded in ["load", "load_distance"] {
+            session.remove(loaded).unwrap();
+        }
+        let tables = session["poses"].as_array_mut().unwrap();
+        tables.retain(|table| table["file"].as_str() == Some("bare.csv"));
+        assert_eq!(tables.len(), 1);
+    })
+}
+
+/// The session on the tilted base, changed, in a folder of its own.
+fn tilted_session(change: impl FnOnce(&mut toml::Table)) -> TempDir {
     let experiment = tree::experiment("seven-joints-tilted");
     let mut session: toml::Table = tree::read_toml(&experiment.join("session.toml"));
-    for loaded in ["load", "load_distance"] {
-        session.remove(loaded).unwrap();
-    }
     let robot = experiment.join(session["robot"].as_str().unwrap());
     session.insert("robot".into(), robot.to_str().unwrap().into());
-    let tables = session["poses"].as_array_mut().unwrap();
-    tables.retain(|table| table["file"].as_str() == Some("bare.csv"));
-    assert_eq!(tables.len(), 1);
-
+    change(&mut session);
     let folder = tempfile::tempdir().unwrap();
-    fs::copy(experiment.join("bare.csv"), folder.path().join("bare.csv")).unwrap();
+    for table in session["poses"].as_array().unwrap() {
+        let file = table["file"].as_str().unwrap();
+        fs::copy(experiment.join(file), folder.path().join(file)).unwrap();
+    }
     fs::write(folder.path().join("session.toml"), toml::to_string(&session).unwrap()).unwrap();
     folder
 }

@@ -1,6 +1,6 @@
 //! What a result comes to, and what a person should do next: the same words wherever it is shown.
 
-use gravcal_calibration::result::{Concern, EstimatorResult, UncertaintyResult, Verdict};
+use gravcal_calibration::result::{Concern, EstimatorResult, TakenAsExact, UncertaintyResult, Verdict};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::MistakenUnit;
@@ -88,10 +88,15 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
     }
 }
 
-/// Of what the session takes as exact that on which a number hangs most.
+/// Of what is taken as exact so many are told at once; all stand among the notes.
+const MOST: usize = 2;
+
+/// Of what the session takes as exact those on which numbers hang most.
 fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
-    let most = result.taken_as_exact.iter().max_by(|a, b| a.off_in_std.total_cmp(&b.off_in_std))?;
-    Some(format!("Ask what the intervals hang on. If {most}."))
+    let mut taken: Vec<&TakenAsExact> = result.taken_as_exact.iter().collect();
+    taken.sort_by(|a, b| b.off_in_std.total_cmp(&a.off_in_std));
+    let most: Vec<String> = taken.iter().take(MOST).map(|taken| format!("if {taken}")).collect();
+    (!most.is_empty()).then(|| format!("Ask what the intervals hang on: {}.", most.join("; ")))
 }
 
 /// The format of sensors that no driver's formula holds.
@@ -320,11 +325,13 @@ mod tests {
             off_in_std,
             cure: "state it".into(),
         };
-        let taken_as_exact = vec![exact("a.torque_gain", 3.0), exact("b.torque_gain", 18.2)];
+        let taken_as_exact =
+            vec![exact("a.torque_gain", 3.0), exact("b.torque_gain", 18.2), exact("c.torque_gain", 4.0)];
         let advice = Advice::of(&EstimatorResult { taken_as_exact, ..with(Vec::new()) }, FILE);
         assert_eq!(
             advice.steps[0],
-            "Ask what the intervals hang on. If each joint were 1 mm aside, b.torque_gain would be off by 18 of its standard deviations (state it)."
+            "Ask what the intervals hang on: if each joint were 1 mm aside, b.torque_gain would be off by 18 of its standard deviations (state it); \
+             if each joint were 1 mm aside, c.torque_gain would be off by 4.0 of its standard deviations (state it)."
         );
         assert!(!advice.steps.concat().contains("a.torque_gain"));
     }

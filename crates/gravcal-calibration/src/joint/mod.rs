@@ -33,7 +33,7 @@ pub(crate) use reporting::estimate::build_at_nominal;
 pub use reporting::estimate::{estimate, estimate_briefly, estimate_jointly};
 pub(crate) use reporting::held_out::fit_with_held_out;
 pub(crate) use reporting::payloads::payloads;
-pub(crate) use reporting::session_notes::session_notes;
+pub(crate) use reporting::session_notes::{is_strength_guessed, session_notes};
 pub(crate) use reporting::undetermined::{last_frame_choices, unknown_sign};
 pub use select::{Signals, select};
 pub use solved::Solved;

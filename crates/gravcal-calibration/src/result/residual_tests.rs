@@ -86,6 +86,15 @@ pub enum ResidualTestKind {
         /// Its name.
         load: String,
     },
+    /// The distance of two loads, which is stated without a standard deviation.
+    LoadDistance {
+        /// Name of the one.
+        load: String,
+        /// Name of the other.
+        other: String,
+    },
+    /// Something that pulls at the last link.
+    Pull,
     /// Where a joint sits on the link before it: lengths are stated without a standard deviation.
     JointPlacement {
         /// The joint that the test is of: which sits elsewhere, is tilted, or (crosstalk) shows its torque in the reading; or the axis of an instrument that does.
@@ -157,6 +166,8 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Gravity { file } => write!(f, "gravity ({file})"),
             ResidualTestKind::LoadMass { load } => write!(f, "mass of load {load}"),
             ResidualTestKind::LoadPlacement { load } => write!(f, "place of load {load}"),
+            ResidualTestKind::LoadDistance { load, other } => write!(f, "distance of loads {load} and {other}"),
+            ResidualTestKind::Pull => f.write_str("pull"),
             ResidualTestKind::JointTilt { joint } => write!(f, "tilt of {joint}"),
             ResidualTestKind::JointPlacement { joint } => write!(f, "place of {joint}"),
             ResidualTestKind::TorqueGain { file } => write!(f, "torque gain ({file})"),

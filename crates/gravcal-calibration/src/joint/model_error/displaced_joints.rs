@@ -57,7 +57,7 @@ impl Solved {
     }
 
     /// What changes the readings by so much, unit of each, as a column of the problem that is judged.
-    pub(in crate::joint) fn whitened(&self, session: &Session, by: impl Fn(ReadingId) -> f64) -> Vec<f64> {
+    pub(crate) fn whitened(&self, session: &Session, by: impl Fn(ReadingId) -> f64) -> Vec<f64> {
         let of_row = |id: &ReadingId| by(*id) / self.readings().std(session, *id);
         let mut column: Vec<f64> = self.built.rows.iter().map(of_row).collect();
         column.resize(self.judged_problem().rows(), 0.0);

@@ -83,18 +83,21 @@ const KNOWN: f64 = 0.01;
 
 /// What torque gains take over from the strength of gravity, where known masses tell them.
 fn strength_note(session: &Session) -> Option<String> {
-    let gravity = &session.gravity;
-    let guessed = gravity.magnitude_std.is_none() && STANDARD.contains(&gravity.magnitude);
     let open = session.joints.iter().any(|joint| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat);
     let known = session.loads.iter().any(|load| !load.is_unknown())
         || matches!(&session.inertia, InertiaPrior::Model { relative_std } if relative_std.iter().any(|std| std.is_none_or(|std| std < KNOWN)));
-    (guessed && open && known).then(|| {
+    (is_strength_guessed(session) && open && known).then(|| {
         format!(
             "The strength of gravity is taken as exactly {} m/s². On earth it lies between 9.764 and 9.834, and an error of 0.1 % in it is one of 0.1 % in all torque gains. Say \
              latitude_deg and altitude_m instead of magnitude_m_per_s2, or add magnitude_std_m_per_s2.",
-            gravity.magnitude
+            session.gravity.magnitude
         )
     })
+}
+
+/// Whether the strength of gravity is one that people write down where nobody looked it up.
+pub(crate) fn is_strength_guessed(session: &Session) -> bool {
+    session.gravity.magnitude_std.is_none() && STANDARD.contains(&session.gravity.magnitude)
 }
 
 /// What the frame of the base is, where a joint defines it.

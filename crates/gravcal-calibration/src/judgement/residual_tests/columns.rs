@@ -11,10 +11,11 @@ use nalgebra::Vector3;
 
 use super::delayed;
 use super::friction_curve;
-use super::loads::{StatedLoad, stated_loads};
+use super::loads::{StatedLoad, stated_distances, stated_loads};
 use super::of_instruments::PredictedAxes;
 use super::of_torque::PredictedTorques;
 use super::order::sides_by_order;
+use super::pull::pulled;
 use super::rows::ReadingRow;
 use super::uneven_friction::{modelled_friction, sliding_friction};
 use crate::joint::{DisplacedJoints, Solved};
@@ -85,6 +86,10 @@ pub enum Term {
     LoadMass(usize),
     /// Of all channels: the stated place of a load, m along the axes of its link.
     LoadPlacement(usize),
+    /// Of all channels: the stated distance of two loads, m; its number.
+    LoadDistance(usize),
+    /// Of all channels: something that pulls at the last link, N along the axes of the base.
+    Pull,
     /// Of all channels: where a joint sits on the link before it, m along the axes of that link; its number among those that can be told.
     JointPlacement(usize),
     /// Of all channels: how a joint is tilted on the link before it, rad about two axes perpendicular to its own; the link that it moves.
@@ -111,6 +116,10 @@ pub struct Columns<'a> {
     turned_gravity: [Vec<f64>; 2],
     /// What is stated of each load.
     loads: Vec<StatedLoad>,
+    /// What a metre more of each stated distance does to the whitened residuals; empty of one that is known with a standard deviation.
+    distances: Vec<Vec<Vec<f64>>>,
+    /// What a newton at the last link does.
+    pulled: Vec<Vec<f64>>,
     /// Joints whose place or axis is taken as exact.
     displaced: DisplacedJoints,
     /// What a radian does about each axis of instruments whose mounting is.
@@ -166,6 +175,8 @@ impl<'a> Columns<'a> {
             slopes,
             turned_gravity: Default::default(),
             loads: stated_loads(session, solved, rows)?,
+            distances: stated_distances(session, solved, rows)?,
+            pulled: pulled(session, solved),
             displaced: solved.displaced_joints(session)?,
             turned_instruments: solved.turned_instruments(session)?,
             torques,
@@ -238,9 +249,11 @@ impl<'a> Columns<'a> {
     pub fn terms_of_arm(&self) -> Vec<Term> {
         let gravity = (self.tables_of_all().len() > 1).then_some(Term::Gravity);
         let loads = (0..self.loads.len()).flat_map(|load| [Term::LoadMass(load), Term::LoadPlacement(load)]);
+        let distances = (0..self.distances.len()).map(Term::LoadDistance);
+        let pull = (!self.pulled.is_empty()).then_some(Term::Pull);
         let placements = (0..self.displaced.aside.len()).map(Term::JointPlacement);
         let tilts = self.displaced.tilted.iter().map(|tilted| Term::JointTilt(tilted.link));
-        gravity.into_iter().chain(loads).chain(placements).chain(tilts).collect()
+        gravity.into_iter().chain(loads).chain(distances).chain(pull).chain(placements).chain(tilts).collect()
     }
 
     /// Name of the joint that may sit elsewhere.
@@ -305,6 +318,8 @@ impl<'a> Columns<'a> {
             }),
             Term::LoadMass(load) => self.loads[*load].mass.clone(),
             Term::LoadPlacement(load) => self.loads[*load].placement.clone(),
+            Term::LoadDistance(distance) => self.distances[*distance].clone(),
+            Term::Pull => self.pulled.clone(),
             Term::JointPlacement(placement) => self.displaced.aside[*placement].columns.clone(),
             Term::JointTilt(link) => self.displaced.tilted[*link].columns.clone(),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]

@@ -1,12 +1,12 @@
-//! What is stated of loads without a standard deviation: a mass, a place.
+//! What is stated of loads without a standard deviation: a mass, a place, a distance between two.
 
-use gravcal_estimation::EvaluateError;
-use gravcal_robot_model::session::Session;
+use gravcal_estimation::{BlockId, EvaluateError};
+use gravcal_robot_model::session::{LoadDistance, Session};
 
 use crate::joint::{Solved, State, build_problem};
 
-/// Step of a mass, as a share of it, and of a place, m.
-const HEAVIER: f64 = 0.01;
+/// Step of a mass and of a distance, as a share of it, and of a place, m.
+const MORE: f64 = 0.01;
 const ASIDE: f64 = 1e-4;
 
 /// Columns: what a unit of it does to the whitened residuals. Empty of what is an unknown.
@@ -24,12 +24,7 @@ pub struct StatedLoad {
 /// Where a residual cannot be evaluated beside the solution.
 pub fn stated_loads(session: &Session, solved: &Solved, rows: usize) -> Result<Vec<StatedLoad>, EvaluateError> {
     let here = solved.built.problem.residuals(&solved.estimate.values)?;
-    let slope = |there: Vec<f64>, step: f64| {
-        let slopes = there.into_iter().zip(&here).map(|(there, here)| (there - here) / step);
-        let mut column: Vec<f64> = slopes.take(solved.built.rows.len()).collect();
-        column.resize(rows, 0.0);
-        column
-    };
+    let slope = |there: Vec<f64>, step: f64| slope(solved, &here, there, (step, rows));
     let of = |load: usize| {
         let mut stated = StatedLoad::default();
         if let Some((there, step)) = heavier(session, solved, load)? {
@@ -43,6 +38,45 @@ pub fn stated_loads(session: &Session, solved: &Solved, rows: usize) -> Result<V
     (0..session.loads.len()).map(of).collect()
 }
 
+/// Of each stated distance, what a metre more of it does to the whitened residuals: one column, or none where its standard deviation is stated, or where it ties no
+/// placement to another.
+///
+/// # Errors
+/// Where a residual cannot be evaluated beside the solution.
+pub fn stated_distances(session: &Session, solved: &Solved, rows: usize) -> Result<Vec<Vec<Vec<f64>>>, EvaluateError> {
+    let here = solved.built.problem.residuals(&solved.estimate.values)?;
+    let of = |stated: &LoadDistance| {
+        let Some(displacement) = displacement(solved, stated) else { return Ok(Vec::new()) };
+        let mut values = solved.estimate.values.clone();
+        let longer: Vec<f64> = values.get(displacement).iter().map(|along| (1.0 + MORE) * along).collect();
+        values.set(displacement, &longer);
+        let there = solved.built.problem.residuals(&values)?;
+        Ok(vec![slope(solved, &here, there, (MORE * stated.distance, rows))])
+    };
+    session.load_distances.iter().map(of).collect()
+}
+
+/// The vector of stated length between two placements, of which one is the other and this.
+fn displacement(solved: &Solved, stated: &LoadDistance) -> Option<BlockId> {
+    let [a, b] = stated.between.map(|load| solved.built.variables.loads[load].as_deref());
+    let beyond = |one: &[BlockId], other: &[BlockId]| {
+        other.strip_prefix(one).and_then(|rest| match rest {
+            [displacement] => Some(*displacement),
+            _ => None,
+        })
+    };
+    let ends = a.zip(b).filter(|_| stated.std.is_none());
+    ends.and_then(|(a, b)| beyond(a, b).or_else(|| beyond(b, a)))
+}
+
+/// The difference of whitened residuals for a unit of what differs by a step, over so many rows, of which the readings are the first.
+fn slope(solved: &Solved, here: &[f64], there: Vec<f64>, (step, rows): (f64, usize)) -> Vec<f64> {
+    let slopes = there.into_iter().zip(here).map(|(there, here)| (there - here) / step);
+    let mut column: Vec<f64> = slopes.take(solved.built.rows.len()).collect();
+    column.resize(rows, 0.0);
+    column
+}
+
 /// Whitened residuals with a load that is heavier, and by how much, kg; nothing where its mass is an unknown or nobody carries it, and where moments
 /// are described by sweep, which tell loads of one mass alone.
 fn heavier(session: &Session, solved: &Solved, load: usize) -> Result<Option<(Vec<f64>, f64)>, EvaluateError> {
@@ -51,7 +85,7 @@ fn heavier(session: &Session, solved: &Solved, load: usize) -> Result<Option<(Ve
     if !is_stated || variables.loads[load].is_none() || variables.inertia.is_empty() {
         return Ok(None);
     }
-    let (mut heavier, step) = (session.clone(), HEAVIER * session.loads[load].mass);
+    let (mut heavier, step) = (session.clone(), MORE * session.loads[load].mass);
     heavier.loads[load].mass += step;
     let state = solved.state(&State::nominal(session));
     let Ok(built) = build_problem(&heavier, solved.readings(), &state) else { return Ok(None) };

@@ -16,7 +16,9 @@
 //! **What changes between tables.** A bias, a gain, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a
 //! base that was moved).
 //!
-//! **What is stated of loads** without a standard deviation: a mass, a place ([`loads`]).
+//! **What is stated of loads** without a standard deviation: a mass, a place, a distance between two ([`loads`]).
+//!
+//! **Something that pulls** at the last link ([`pull`]).
 //!
 //! **What the robot's description says** of each joint: where it sits, as far as known masses beyond it show that, and how it is tilted
 //! (`joint/model_error/displaced_joints.rs`). Where one of these, or a load's mass, is named, the like may be as wrong. What hangs on what is taken as exact, and need
@@ -60,6 +62,7 @@ mod of_solution;
 mod of_torque;
 mod one_test;
 mod order;
+mod pull;
 mod rows;
 mod score;
 mod search;

@@ -76,6 +76,11 @@ impl Search<'_> {
             Term::LoadPlacement(load) => {
                 (ResidualTestKind::LoadPlacement { load: self.load(*load) }, amplitude, "m".to_owned())
             }
+            Term::LoadDistance(distance) => {
+                let [load, other] = self.session.load_distances[*distance].between.map(|load| self.load(load));
+                (ResidualTestKind::LoadDistance { load, other }, first, "m".to_owned())
+            }
+            Term::Pull => (ResidualTestKind::Pull, amplitude, "N".to_owned()),
             Term::JointTilt(link) => {
                 let joint = self.session.robot.chain.movers()[*link].name.clone();
                 (ResidualTestKind::JointTilt { joint }, amplitude, "rad".to_owned())

@@ -1,6 +1,6 @@
 //! What hangs on that which the session takes as exact.
 //!
-//! Lengths of the robot, directions of its axes, places of loads, the stiffness of joints, mountings of instruments, position sensors that are not eccentric, zeros of torque sensors that are the same in all
+//! Lengths of the robot, directions of its axes, masses of loads and places of theirs, the strength of gravity, the stiffness of joints, mountings of instruments, position sensors that are not eccentric, zeros of torque sensors that are the same in all
 //! tables, friction that is the same both ways: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
@@ -12,10 +12,14 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use super::columns::Term;
 use super::search::Search;
 use super::uneven_friction::UNEVEN;
-use crate::joint::is_stiffness_unsaid;
+use crate::joint::{is_stiffness_unsaid, is_strength_guessed};
 use crate::judgement::{Asked, Judgement};
 use crate::result::{ResidualTest, ResidualTestKind, TakenAsExact};
 
+/// Share by which a load is heavier than stated, with the screws and the scale's error, and with gravity where nobody looked its strength up.
+const HEAVIER: f64 = 5e-3;
+/// What a hose or a cable pulls with that nobody has taken off, N.
+const PULLS: f64 = 0.1;
 /// How far joints and loads are from where nobody has measured, m.
 const ASIDE: f64 = 1e-3;
 /// By how much axes are tilted where nobody has measured, rad.
@@ -58,7 +62,10 @@ impl Search<'_> {
         let exact = [
             (!included(&|kind| matches!(kind, ResidualTestKind::JointPlacement { .. }))).then(|| self.lengths()),
             (!included(&|kind| matches!(kind, ResidualTestKind::JointTilt { .. }))).then(|| self.axes()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::LoadMass { .. }))).then(|| self.masses_of_loads()),
             (!included(&|kind| matches!(kind, ResidualTestKind::LoadPlacement { .. }))).then(|| self.places_of_loads()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::LoadDistance { .. }))).then(|| self.distances()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::Pull))).then(|| self.pull()),
             (!included(&|kind| matches!(kind, ResidualTestKind::Compliance))).then(|| self.stiffness()),
             Some(self.mountings()),
             (!included(&|kind| matches!(kind, ResidualTestKind::Tables { .. }))).then(|| self.zeros()),
@@ -99,11 +106,43 @@ impl Search<'_> {
         }
     }
 
+    /// All by the same share, as one scale weighed them: which is what a stronger gravity does, too.
+    fn masses_of_loads(&self) -> Exact {
+        let percent = significant(100.0 * HEAVIER, 1);
+        let loads = self.session.loads.iter().enumerate();
+        let heavier = loads.flat_map(|(load, stated)| self.aside(&Term::LoadMass(load), HEAVIER * stated.mass));
+        let together = heavier.reduce(|sum, own| sum.iter().zip(&own).map(|(a, b)| a + b).collect());
+        let (or, cure) = match is_strength_guessed(self.session) {
+            false => ("", "state mass_kg = { nominal = …, std = … }"),
+            true => (", or gravity stronger,", "state mass_kg = { nominal = …, std = … } and latitude_deg"),
+        };
+        let wrong = format!("all loads were {percent} % heavier{or} than stated");
+        Exact { wrong, cure, columns: together.into_iter().collect(), itself: None }
+    }
+
     fn places_of_loads(&self) -> Exact {
         Exact {
             wrong: format!("each load were {} mm off, along x, y and z, from where position_m says", 1e3 * ASIDE),
             cure: "state position_std_m of the load",
             columns: self.all_aside(|term| matches!(term, Term::LoadPlacement(_)), ASIDE),
+            itself: None,
+        }
+    }
+
+    fn distances(&self) -> Exact {
+        Exact {
+            wrong: format!("each distance of two loads were {} mm more than distance_m says", 1e3 * ASIDE),
+            cure: "state std_m beside distance_m",
+            columns: self.all_aside(|term| matches!(term, Term::LoadDistance(_)), ASIDE),
+            itself: None,
+        }
+    }
+
+    fn pull(&self) -> Exact {
+        Exact {
+            wrong: format!("a hose pulled at the last link, {PULLS} N along each axis"),
+            cure: "take it off",
+            columns: self.all_aside(|term| matches!(term, Term::Pull), PULLS),
             itself: None,
         }
     }

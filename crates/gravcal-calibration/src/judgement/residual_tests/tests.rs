@@ -439,6 +439,68 @@ fn a_load_that_is_not_as_stated_is_named_and_intervals_hold_all_the_same() {
     assert!(found.iter().any(|test| displaced(test) && test.spoils_intervals), "{found:?}");
 }
 
+/// What a force at the last link adds to the readings is minus the slope of the way it goes, here by differences.
+#[test]
+fn something_that_pulls_at_the_last_link_is_named_with_its_force() {
+    let simulation = sarcos_shoulder();
+    let force = [3.0, -1.0, 2.0];
+    let mut session = simulation.session(0);
+    let chain = session.robot.chain.clone();
+    let last = chain.links()[2].inertia.unwrap();
+    let center = last.first_moment.map(|moment| moment / last.mass);
+    let way = |coordinates: &[f64]| {
+        let end = chain.forward(coordinates).pop().unwrap();
+        let (rotation, origin) = (end.rotation(), end.translation());
+        let place = |axis: usize| origin[axis] + rotation[axis].iter().zip(&center).map(|(r, c)| r * c).sum::<f64>();
+        (0..3).map(|axis| force[axis] * place(axis)).sum::<f64>()
+    };
+    let parameter = |joint: usize, parameter: SensorParameter| simulation.truth.sensors[joint][parameter as usize];
+    let mut added = Vec::new();
+    for pose in &session.poses {
+        let coordinate = |(joint, reading): (usize, &f64)| {
+            parameter(joint, SensorParameter::PositionGain) * reading
+                + parameter(joint, SensorParameter::PositionOffset)
+        };
+        let coordinates: Vec<f64> = pose.position.iter().enumerate().map(coordinate).collect();
+        let of_joint = |joint: usize| {
+            let moved = |by: f64| {
+                let mut there = coordinates.clone();
+                there[joint] += by;
+                way(&there)
+            };
+            -parameter(joint, SensorParameter::TorqueGain) * (moved(1e-5) - moved(-1e-5)) / 2e-5
+        };
+        added.push((0..3).map(of_joint).collect::<Vec<f64>>());
+    }
+    for (pose, added) in session.poses.iter_mut().zip(added) {
+        let readings = pose.torque.iter_mut().zip(added);
+        readings.for_each(|(reading, added)| reading.iter_mut().for_each(|reading| reading.value += added));
+    }
+    let result = estimate(&session);
+    let test = named(&result).into_iter().find(|test| test.kind == ResidualTestKind::Pull).unwrap();
+    // What is along gravity is a mass.
+    assert!(test.size > 2.0 && test.size < 4.0 && test.unit == "N" && test.spoils_intervals, "{test:?}");
+    assert!(result.notes.iter().any(|note| note.contains("something pulled at the last link")), "{:?}", result.notes);
+    for (name, error) in errors(&session, &simulation, &result) {
+        assert!(error.abs() < 4.0, "{name} is {error} standard deviations off");
+    }
+}
+
+/// Two loads that are farther apart than stated.
+#[test]
+fn a_distance_that_is_not_as_stated_is_named_with_what_is_wrong() {
+    // Levers that are known tell the gains: without them it would be the scale of all.
+    let (simulation, _) = with_a_joint_aside([0.3, 0.0, 0.0]);
+    let mut session = simulation.session(0);
+    let truth = session.load_distances[0].distance;
+    session.load_distances[0].distance = 0.95 * truth;
+    let result = estimate(&session);
+    let first = named(&result)[0];
+    assert!(matches!(first.kind, ResidualTestKind::LoadDistance { .. }) && first.spoils_intervals, "{first:?}");
+    assert!((first.size / (0.05 * truth) - 1.0).abs() < 0.2, "{first:?}");
+    assert!(result.notes.iter().any(|note| note.contains("farther apart than distance_m says")), "{:?}", result.notes);
+}
+
 /// A loss takes off what outliers do, and not what the model lacks.
 #[test]
 fn under_a_loss_what_the_model_lacks_is_named_all_the_same() {
@@ -583,21 +645,48 @@ fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
             "each joint bent by 0.05°",
             "axis were tilted by 0.05°",
             "each position sensor were eccentric (up to 0.05°",
+            "all loads were 0.5 % heavier, or gravity stronger, than stated",
+            "a hose pulled at the last link, 0.1 N along each axis",
         ]
         .map(|wrong| told.as_ref().is_some_and(|told| told.contains(wrong)))
     };
-    assert_eq!(told(&session), [true; 5]);
+    assert_eq!(told(&session), [true; 7]);
     session.length_std = Some(1e-3);
     session.loads.iter_mut().for_each(|load| load.position_std = Some(1e-3));
     assert_eq!(told(&session)[..2], [false; 2]);
     session.length_std = None;
     session.loads.iter_mut().for_each(|load| load.position_std = None);
     let stiff = Deflection { stiff: true, ..Deflection::default() };
-    assert_eq!(told(&Session { deflection: stiff, ..session.clone() }), [true, true, false, true, true], "stated");
+    assert_eq!(
+        told(&Session { deflection: stiff, ..session.clone() }),
+        [true, true, false, true, true, true, true],
+        "stated"
+    );
     for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()) {
         reading.std = reading.std.map(|std| 500.0 * std);
     }
-    assert_eq!(told(&session), [false; 5], "what is known so badly hangs on nothing");
+    assert_eq!(told(&session), [false; 7], "what is known so badly hangs on nothing");
+}
+
+/// All of them by the same share, which no residual shows.
+#[test]
+fn heavier_loads_move_the_number_that_is_told_as_far_as_is_told() {
+    let mut simulation = sarcos_shoulder();
+    simulation.disturbance.torque_std = vec![0.1 * NOISE; 3];
+    let mut session = simulation.session(0);
+    let result = estimate(&session);
+    let told = result.taken_as_exact.iter().find(|taken| taken.wrong.contains("all loads were 0.5 % heavier")).unwrap();
+    let of = |result: &EstimatorResult| {
+        let parameter = result.parameter(&told.parameter).unwrap();
+        (parameter.value.unwrap(), parameter.std.unwrap())
+    };
+    session.loads.iter_mut().for_each(|load| load.mass *= 1.005);
+    let (here, there) = (of(&result), of(&estimate(&session)));
+    let moved = (there.0 - here.0).abs() / here.1;
+    assert!(
+        told.parameter.ends_with("torque_gain") && (told.off_in_std / moved - 1.0).abs() < 0.02,
+        "{told:?} {moved}"
+    );
 }
 
 /// Poses without a load are in one file and those with loads in others, as they often are, and readings so good that a thousandth of their span

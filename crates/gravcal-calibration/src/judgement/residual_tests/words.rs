@@ -289,6 +289,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::LoadMass { .. }
         | ResidualTestKind::LoadPlacement { .. }
+        | ResidualTestKind::LoadDistance { .. }
         | ResidualTestKind::JointPlacement { .. }
         | ResidualTestKind::JointTilt { .. } => of_stated(session, test),
         ResidualTestKind::PositionOffset { file } => (
@@ -313,6 +314,10 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residuals show that friction of {channel} changes with time, by {size} {unit} of it."),
             "Gears that warm up do so: move the arm until it is warm, and record it then; or leave the first minutes out (from_s in [[poses]])."
                 .into(),
+        ),
+        ResidualTestKind::Pull => (
+            format!("The residuals of all joints look as if something pulled at the last link, by {size} {unit}."),
+            "A hose, a cable or an air line does so: take it off, or let it hang so that it does not pull, and record all again.".into(),
         ),
         ResidualTestKind::FrictionCurve { speed } => of_friction_curve(session, test, *speed),
         ResidualTestKind::Tables { file } => (

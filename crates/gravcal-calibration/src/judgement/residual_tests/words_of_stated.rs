@@ -40,6 +40,13 @@ pub fn of_stated(session: &Session, test: &ResidualTest) -> (String, String) {
             format!("The residuals of all joints show load {load} {size} {unit} from where position_m says."),
             "Leave position_m away: torque gains do not need it. Or say how well it is known (position_std_m).".into(),
         ),
+        ResidualTestKind::LoadDistance { load, other } => {
+            let apart = if test.size > 0.0 { "farther apart" } else { "closer together" };
+            (
+                format!("The residuals of all joints show loads {load} and {other} {size} {unit} {apart} than distance_m says."),
+                "Measure the distance again, between centres of mass, or say how well it is known (std_m beside distance_m).".into(),
+            )
+        }
         ResidualTestKind::JointTilt { joint } => (
             format!(
                 "The residuals of all joints show the axis of {joint} tilted by {}° against the robot's description.",
