@@ -149,6 +149,7 @@ fn mistaken_columns(
     environment.report("looking for swapped columns");
     let (as_it_stands, _) = solve_with(session, &readings, solved, environment)?;
     let mut best: Option<([f64; 2], Hypothesis, State)> = None;
+    let mut best_turned_round: Option<(f64, Hypothesis)> = None;
     let is_turned_round = |hypothesis: &Hypothesis| matches!(hypothesis, Hypothesis::AxisReversed(_));
     let (turned_round, others): (Vec<_>, Vec<_>) =
         promising.into_iter().partition(|(_, hypothesis)| is_turned_round(hypothesis));
@@ -170,7 +171,11 @@ fn mistaken_columns(
         let share =
             |best: &Hypothesis| if is_turned_round(&hypothesis) && !is_turned_round(best) { TURNED_ROUND } else { 1.0 };
         let lowest = best.as_ref().map_or(f64::INFINITY, |([lowest, _], best, _)| share(best) * lowest);
-        if after < BETTER * before && after < lowest {
+        let explains = after < BETTER * before;
+        if explains && is_turned_round(&hypothesis) && best_turned_round.is_none_or(|(lowest, _)| after < lowest) {
+            best_turned_round = Some((after, hypothesis));
+        }
+        if explains && after < lowest {
             best = Some(([after, before], hypothesis, end));
         }
     }
@@ -179,7 +184,9 @@ fn mistaken_columns(
     let part = telling_part(session, solved.readings());
     let made = (&hypothesis.made(session), hypothesis.read(&part), end);
     let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
-    Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt())))
+    let as_good = best_turned_round.filter(|(cost, other)| *other != hypothesis && TURNED_ROUND * cost < after);
+    let as_good = as_good.map(|(_, other)| other);
+    Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt(), as_good)))
 }
 
 /// The cost of the solution with the noise of these readings.
@@ -308,9 +315,23 @@ impl Hypothesis {
         }
     }
 
-    fn report(self, session: &Session, share: f64) -> Mistake {
+    /// `share`: of the residuals that is left, %; `as_good`: what explains the readings about as well.
+    fn report(self, session: &Session, share: f64, as_good: Option<Hypothesis>) -> Mistake {
+        let (what, cure) = self.words(session);
+        let or = as_good.map(|other| other.words(session));
+        let or = or
+            .map_or_else(String::new, |(what, cure)| format!(" Or, which explains them about as well, {what}. {cure}"));
+        let advice = format!(
+            "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \
+             were. {cure}{or}"
+        );
+        Mistake { what, advice }
+    }
+
+    /// What it is, and what to do about it.
+    fn words(self, session: &Session) -> (String, String) {
         let name = |joint: usize| session.robot.chain.joints()[joint].name.as_str();
-        let (what, cure) = match self {
+        match self {
             Hypothesis::PositionReversed(joint) => (
                 format!("reversed position sensor: {}", name(joint)),
                 "Say position_sign = \"reversed\" in its [[joint]].".to_owned(),
@@ -354,12 +375,7 @@ impl Hypothesis {
                     format!("Say rotation = \"{other}\" in readings.orientation."),
                 )
             }
-        };
-        let advice = format!(
-            "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \
-             were. {cure}"
-        );
-        Mistake { what, advice }
+        }
     }
 }
 
