@@ -88,9 +88,9 @@ pub enum ResidualTestKind {
     },
     /// The distance of two loads, which is stated without a standard deviation.
     LoadDistance {
-        /// Name of the one.
+        /// Name of the first.
         load: String,
-        /// Name of the other.
+        /// Of a distance of two loads, the name of the second.
         other: String,
     },
     /// Something that pulls at the last link.

@@ -105,10 +105,11 @@ fn errors_beside_those_of_positions_are_found_in_their_own_size() {
 #[test]
 fn errors_are_as_large_as_intervals_say() {
     let simulation = shoulder();
-    // Tests on residuals name something in one right session of a hundred: the draw 21 is such a one (a pull, p = 3e-5, as one of 400 draws has).
-    let trials = (0..31).filter(|trial| *trial != 21).flat_map(|trial| {
+    let trials = (0..30).flat_map(|trial| {
         let result = estimate(&with_errors(&simulation, [0.4, 2.0, 0.1], trial));
-        assert_eq!(result.verdict, Verdict::Determined, "{trial}: {} {:?}", result.termination, result.notes);
+        // Tests on residuals may name something in one right session of a hundred: of these draws they do in one, a pull, and intervals hold all the same.
+        let expected = if trial == 21 { Verdict::PartlyDetermined } else { Verdict::Determined };
+        assert_eq!(result.verdict, expected, "{trial}: {} {:?}", result.termination, result.notes);
         errors_in_std(&result, &simulation.truth)
     });
     let errors: Vec<f64> = trials.collect();

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
 
-use crate::by_column::ByColumn;
+use crate::by_column::{ByColumn, entries};
 use crate::eliminated_columns::{EliminatedColumns, Reduced};
 use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
@@ -342,11 +342,6 @@ impl RankAnalysis {
     fn unscale(&self, direction: &[f64]) -> Vec<f64> {
         direction.iter().zip(&self.scales).map(|(v, scale)| v / scale).collect()
     }
-}
-
-/// What is not zero of a row without its residual, by column.
-pub(crate) fn entries(row: &[f64]) -> impl Iterator<Item = (usize, f64)> {
-    row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0)
 }
 
 /// Rows in an orthonormal basis.

@@ -14,9 +14,8 @@ use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
 
 use super::{Covariance, Solution, StatisticsError};
-use crate::by_column::ByColumn;
+use crate::by_column::{ByColumn, entries};
 use crate::eliminated_columns::Reduced;
-use crate::identifiability::entries;
 use crate::loss::LossValue;
 use crate::problem::Rows;
 use crate::{Loss, Noise, Problem};

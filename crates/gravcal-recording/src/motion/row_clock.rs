@@ -63,13 +63,17 @@ impl RowClock {
                 100.0 * backwards
             ));
         }
+        if *rate <= 0.0 {
+            return None;
+        }
         let apart = rate.recip();
-        let unit = match apart {
-            _ if *rate <= 0.0 => return None,
-            apart if apart > HARDLY_SECONDS => "unit = \"ms\" }, or µs, or ns",
+        let unit = if apart > HARDLY_SECONDS {
+            "unit = \"ms\" }, or µs, or ns"
+        } else if apart < HARDLY_APART && self.bursts.is_none() {
             // Of bursts the rate is that of all rows.
-            apart if apart < HARDLY_APART && self.bursts.is_none() => "unit = \"s\" }, or ms, or µs",
-            _ => return None,
+            "unit = \"s\" }, or ms, or µs"
+        } else {
+            return None;
         };
         Some(format!(
             "by the clock `{column}` rows are {apart:.3e} s apart: is its unit right? Say it (readings.time = {{ column = \"{column}\", {unit})."

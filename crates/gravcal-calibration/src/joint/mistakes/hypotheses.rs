@@ -148,45 +148,62 @@ fn mistaken_columns(
     promising.sort_by(|(a, of_a), (b, of_b)| later(*of_a).cmp(&later(*of_b)).then(a.total_cmp(b)));
     environment.report("looking for swapped columns");
     let (as_it_stands, _) = solve_with(session, &readings, solved, environment)?;
-    let mut best: Option<([f64; 2], Hypothesis, State)> = None;
-    let mut best_turned_round: Option<(f64, Hypothesis)> = None;
-    let is_turned_round = |hypothesis: &Hypothesis| matches!(hypothesis, Hypothesis::AxisReversed(_));
     let (turned_round, others): (Vec<_>, Vec<_>) =
-        promising.into_iter().partition(|(_, hypothesis)| is_turned_round(hypothesis));
-    for (_, hypothesis) in others.into_iter().take(SOLVED).chain(turned_round.into_iter().take(SOLVED)) {
-        // Sensors that all read the other way explain gravity in the other hemisphere as well, and are not as declared: there the solution counts.
-        let before = match hypothesis {
-            Hypothesis::HemisphereInverted => cost_of(session, &readings, solved)?,
-            _ => as_it_stands,
-        };
-        let solve = |hypothesis: Hypothesis| {
-            solve_with(&hypothesis.made(session), &hypothesis.read(&readings), solved, environment)
-        };
-        let (mut after, mut end) = solve(hypothesis)?;
-        let mut hypothesis = hypothesis;
-        if let Hypothesis::LoadChanged(changed) = hypothesis {
-            hypothesis = Hypothesis::LoadChanged(changed.placed(session, &readings, &end)?);
-            (after, end) = solve(hypothesis)?;
+        promising.into_iter().partition(|(_, hypothesis)| matches!(hypothesis, Hypothesis::AxisReversed(_)));
+    let best = |promising: Vec<(f64, Hypothesis)>| {
+        let mut best: Option<Explanation> = None;
+        for (_, hypothesis) in promising.into_iter().take(SOLVED) {
+            // Sensors that all read the other way explain gravity in the other hemisphere as well, and are not as declared: there the solution counts.
+            let before = match hypothesis {
+                Hypothesis::HemisphereInverted => cost_of(session, &readings, solved)?,
+                _ => as_it_stands,
+            };
+            let solve = |hypothesis: Hypothesis| {
+                solve_with(&hypothesis.made(session), &hypothesis.read(&readings), solved, environment)
+            };
+            let (mut after, mut end) = solve(hypothesis)?;
+            let mut hypothesis = hypothesis;
+            if let Hypothesis::LoadChanged(changed) = hypothesis {
+                hypothesis = Hypothesis::LoadChanged(changed.placed(session, &readings, &end)?);
+                (after, end) = solve(hypothesis)?;
+            }
+            if after < BETTER * before && best.as_ref().is_none_or(|best| after < best.after) {
+                best = Some(Explanation { hypothesis, before, after, end });
+            }
         }
-        let share =
-            |best: &Hypothesis| if is_turned_round(&hypothesis) && !is_turned_round(best) { TURNED_ROUND } else { 1.0 };
-        let lowest = best.as_ref().map_or(f64::INFINITY, |([lowest, _], best, _)| share(best) * lowest);
-        let explains = after < BETTER * before;
-        if explains && is_turned_round(&hypothesis) && best_turned_round.is_none_or(|(lowest, _)| after < lowest) {
-            best_turned_round = Some((after, hypothesis));
-        }
-        if explains && after < lowest {
-            best = Some(([after, before], hypothesis, end));
-        }
-    }
-    let Some(([after, before], hypothesis, end)) = best else { return Ok(None) };
+        Ok::<_, EstimateError>(best)
+    };
+    let Some((best, as_good)) = likeliest(best(others)?, best(turned_round)?) else { return Ok(None) };
+    let Explanation { hypothesis, before, after, end } = best;
     let tried = hypotheses.len() + tried_of_changed;
     let part = telling_part(session, solved.readings());
     let made = (&hypothesis.made(session), hypothesis.read(&part), end);
     let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
-    let as_good = best_turned_round.filter(|(cost, other)| *other != hypothesis && TURNED_ROUND * cost < after);
-    let as_good = as_good.map(|(_, other)| other);
     Ok(likelier.then(|| hypothesis.report(session, 100.0 * (after / before).sqrt(), as_good)))
+}
+
+/// A hypothesis that explains the readings: their cost without it and with it, and where its solution ends.
+#[derive(Clone, Debug)]
+struct Explanation {
+    hypothesis: Hypothesis,
+    before: f64,
+    after: f64,
+    end: State,
+}
+
+/// The one of two that is named, and an axis turned round that explains the readings about as well as the other.
+fn likeliest(
+    other: Option<Explanation>,
+    turned_round: Option<Explanation>,
+) -> Option<(Explanation, Option<Hypothesis>)> {
+    let Some(other) = other else { return turned_round.map(|turned_round| (turned_round, None)) };
+    match turned_round {
+        Some(turned_round) if turned_round.after < TURNED_ROUND * other.after => Some((turned_round, None)),
+        Some(turned_round) if TURNED_ROUND * turned_round.after < other.after => {
+            Some((other, Some(turned_round.hypothesis)))
+        }
+        _ => Some((other, None)),
+    }
 }
 
 /// The cost of the solution with the noise of these readings.
@@ -318,9 +335,9 @@ impl Hypothesis {
     /// `share`: of the residuals that is left, %; `as_good`: what explains the readings about as well.
     fn report(self, session: &Session, share: f64, as_good: Option<Hypothesis>) -> Mistake {
         let (what, cure) = self.words(session);
-        let or = as_good.map(|other| other.words(session));
-        let or = or
-            .map_or_else(String::new, |(what, cure)| format!(" Or, which explains them about as well, {what}. {cure}"));
+        let or = as_good.map(|other| other.words(session)).map_or_else(String::new, |(what, cure)| {
+            format!(" Another cause explains them about as well: {what}. {cure}")
+        });
         let advice = format!(
             "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \
              were. {cure}{or}"
@@ -495,6 +512,29 @@ mod tests {
         let mut session = without_noise();
         session.poses.iter_mut().for_each(|pose| pose.position[1] += PI);
         assert_blamed(&session, "zero is half a turn away: joint2");
+    }
+
+    #[test]
+    fn an_axis_turned_round_is_named_where_it_explains_twice_as_much_and_told_where_as_much() {
+        let session = sarcos_shoulder().session(0);
+        let explains = |hypothesis: Hypothesis, after: f64| {
+            Some(Explanation { hypothesis, before: 100.0, after, end: State::nominal(&session) })
+        };
+        let (half_turned, turned_round) = (Hypothesis::PositionHalfTurned(0), Hypothesis::AxisReversed(1));
+        let named = |after: [f64; 2]| {
+            let of_two = likeliest(explains(half_turned, after[0]), explains(turned_round, after[1])).unwrap();
+            (of_two.0.hypothesis, of_two.1)
+        };
+        assert_eq!(named([1.0, 0.4]), (turned_round, None));
+        assert_eq!(named([1.0, 0.6]), (half_turned, Some(turned_round)));
+        assert_eq!(named([1.0, 1.9]), (half_turned, Some(turned_round)));
+        assert_eq!(named([1.0, 2.1]), (half_turned, None));
+        assert!(likeliest(None, explains(turned_round, 1.0)).is_some() && likeliest(None, None).is_none());
+        let advice = half_turned.report(&session, 1.0, Some(turned_round)).advice;
+        assert!(
+            advice.contains("half a turn away: joint1") && advice.contains("as well: joint that turns"),
+            "{advice}"
+        );
     }
 
     /// From 60° on the other hemisphere is tried whatever its start costs.
