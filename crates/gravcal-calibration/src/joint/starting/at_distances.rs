@@ -14,7 +14,14 @@
 //!
 //! Several lengths are kept one after the other: each leaves of `P` what does not change its own difference.
 
+use faer::linalg::solvers::{Llt, SolveCore};
+use faer::{Conj, Mat, MatMut, Side};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3xX, Vector3};
+
+/// Damping that leaves combinations without information where they are, and little else, column-relative.
+pub(in crate::joint) const FAINT_DAMPING: f64 = 1e-9;
+/// Square of the smallest relative pivot with which a step keeps enough digits for a cost to be compared.
+const LEAST_PIVOT: f64 = 1e-11;
 
 /// What of `M` is less than this share of its largest part stays where it is.
 const RIGID: f64 = 1e-12;
@@ -25,12 +32,22 @@ const BISECTIONS: usize = 200;
 
 /// A quadratic cost that was minimised.
 pub(in crate::joint) struct Quadratic {
-    /// `P`.
-    inverse: DMatrix<f64>,
+    /// The unit of each column, its norm's inverse; zero where a column is.
+    scale: DVector<f64>,
+    /// Of `H` in these units.
+    factor: Llt<f64>,
+    /// What lengths that are kept take of `P`.
+    kept: Vec<Kept>,
     /// `x`, where it is least.
     pub step: DVector<f64>,
     /// By how much it is less there than at zero.
     pub reduction: f64,
+}
+
+/// `P Cᵀ` and `M⁻¹` of a length that is kept.
+struct Kept {
+    moved: DMatrix<f64>,
+    stiffness: Matrix3<f64>,
 }
 
 /// A difference of positions whose length is known.
@@ -44,30 +61,66 @@ pub(in crate::joint) struct KnownLength {
 }
 
 impl Quadratic {
-    /// Minimises it; nothing where `H` is not positive definite to the last digit.
-    pub fn minimised(hessian: DMatrix<f64>, gradient: &DVector<f64>) -> Option<Quadratic> {
-        let inverse = hessian.cholesky()?.inverse();
-        let step = -(&inverse * gradient);
-        let reduction = -0.5 * gradient.dot(&step);
-        Some(Quadratic { inverse, step, reduction })
+    /// Minimises it with damping, relative to its columns; nothing where `H` is then not positive definite to the last digit. `hessian`: its
+    /// lower triangle, by row and column.
+    pub fn minimised(gradient: &[f64], hessian: impl Fn(usize, usize) -> f64, damping: f64) -> Option<Quadratic> {
+        let columns = gradient.len();
+        let unit = |square: f64| if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 };
+        let scale = DVector::from_fn(columns, |i, _| unit(hessian(i, i)));
+        let damped = Mat::from_fn(columns, columns, |i, j| match i.cmp(&j) {
+            std::cmp::Ordering::Less => 0.0,
+            std::cmp::Ordering::Equal => 1.0 + damping,
+            std::cmp::Ordering::Greater => hessian(i, j) * scale[i] * scale[j],
+        });
+        let factor = Llt::new(damped.as_ref(), Side::Lower).ok()?;
+        let gradient = DVector::from_column_slice(gradient);
+        let none = Quadratic { scale, factor, kept: Vec::new(), step: DVector::zeros(columns), reduction: 0.0 };
+        let step = -none.moved_by(DMatrix::from_column_slice(columns, 1, gradient.as_slice())).column(0);
+        let size: f64 = step.iter().zip(&none.scale).filter(|(_, s)| **s > 0.0).map(|(x, s)| (x / s).powi(2)).sum();
+        // −gᵀx − ½ xᵀHx with (H + λ) x = −g.
+        let reduction = -0.5 * gradient.dot(&step) + 0.5 * damping * size;
+        Some(Quadratic { step, reduction, ..none })
+    }
+
+    /// Whether no column is so much like others that its cost could not be compared.
+    pub fn keeps_digits(&self) -> bool {
+        let pivots = self.factor.L();
+        (0..pivots.nrows()).all(|i| pivots[(i, i)].powi(2) > LEAST_PIVOT)
     }
 
     /// The same where one more length is kept; as it is where nothing can change that.
     #[must_use]
-    pub fn keeping(self, known: &KnownLength) -> Quadratic {
-        let Quadratic { inverse, step, reduction } = self;
-        let moved = &inverse * known.by_step.transpose();
+    pub fn keeping(mut self, known: &KnownLength) -> Quadratic {
+        let columns = self.scale.len();
+        let moved = self.moved_by(DMatrix::from_fn(columns, 3, |i, axis| known.by_step[(axis, i)]));
         let spread: Matrix3<f64> = (&known.by_step * &moved).fixed_view::<3, 3>(0, 0).into_owned();
-        let center = known.difference + &known.by_step * &step;
+        let center = known.difference + &known.by_step * &self.step;
         let Some(Nearest { difference, multiplier, growth }) = nearest(spread, center, known.length) else {
-            return Quadratic { inverse, step, reduction };
+            return self;
         };
-        let step = step - &moved * (multiplier * difference);
-        let inverse = match spread.pseudo_inverse(RIGID * spread.norm()) {
-            Ok(stiffness) => inverse - &moved * stiffness * moved.transpose(),
-            Err(_) => inverse,
+        self.step -= &moved * (multiplier * difference);
+        self.reduction -= growth;
+        if let Ok(stiffness) = spread.pseudo_inverse(RIGID * spread.norm()) {
+            self.kept.push(Kept { moved, stiffness });
+        }
+        self
+    }
+
+    /// `P` times these columns.
+    fn moved_by(&self, columns: DMatrix<f64>) -> DMatrix<f64> {
+        let by_scale = |mut columns: DMatrix<f64>| {
+            columns.column_iter_mut().for_each(|mut column| column.component_mul_assign(&self.scale));
+            columns
         };
-        Quadratic { inverse, step, reduction: reduction - growth }
+        let (rows, count) = columns.shape();
+        let mut moved = by_scale(columns.clone());
+        let in_place = MatMut::from_column_major_slice_mut(moved.as_mut_slice(), rows, count);
+        self.factor.solve_in_place_with_conj(Conj::No, in_place);
+        let mut moved = by_scale(moved);
+        for Kept { moved: kept, stiffness } in &self.kept {
+            moved -= kept * (stiffness * (kept.transpose() * &columns));
+        }
+        moved
     }
 }
 
@@ -105,6 +158,9 @@ fn nearest(spread: Matrix3<f64>, center: Vector3<f64>, length: f64) -> Option<Ne
     }
     for _ in 0..BISECTIONS {
         let middle = f64::midpoint(low, high);
+        if middle <= low || middle >= high {
+            break;
+        }
         if difference(middle).norm() > length { low = middle } else { high = middle }
     }
     let (t, difference) = (high, difference(high));
@@ -128,12 +184,25 @@ mod tests {
         (hessian, gradient, KnownLength { difference, by_step, length: 0.7 })
     }
 
+    fn minimised(hessian: &DMatrix<f64>, gradient: &DVector<f64>) -> Quadratic {
+        Quadratic::minimised(gradient.as_slice(), |i, j| hessian[(i, j)], 0.0).unwrap()
+    }
+
+    #[test]
+    fn a_column_of_zeros_and_columns_that_are_one_leave_the_cost_finite() {
+        let reduction = |gradient: [f64; 2], hessian: [f64; 4]| {
+            Quadratic::minimised(&gradient, |i, j| hessian[2 * i + j], FAINT_DAMPING).unwrap().reduction
+        };
+        assert!((reduction([2.0, 0.0], [4.0, 0.0, 0.0, 0.0]) - 0.5).abs() < 1e-8);
+        assert!((reduction([2.0, 2.0], [4.0, 4.0, 4.0, 4.0]) - 0.5).abs() < 1e-8);
+    }
+
     #[test]
     fn the_step_keeps_the_length_and_no_other_that_does_costs_less() {
         for seed in 0..20 {
             let (hessian, gradient, known) = problem(seed);
             let cost = |x: &DVector<f64>| 0.5 * x.dot(&(&hessian * x)) + gradient.dot(x);
-            let found = Quadratic::minimised(hessian.clone(), &gradient).unwrap().keeping(&known);
+            let found = minimised(&hessian, &gradient).keeping(&known);
             let length = |x: &DVector<f64>| (known.difference + &known.by_step * x).norm();
             assert!((length(&found.step) - 0.7).abs() < 1e-9, "{}", length(&found.step));
             assert!((cost(&found.step) + found.reduction).abs() < 1e-8 * (1.0 + found.reduction.abs()));
@@ -157,7 +226,7 @@ mod tests {
         let (hessian, gradient, first) = problem(3);
         let by_step = Matrix3xX::from_fn(7, |i, j| f64::from(u8::from(j == i + 3)));
         let second = KnownLength { difference: Vector3::new(0.1, 0.2, 0.3), by_step, length: 1.5 };
-        let found = Quadratic::minimised(hessian, &gradient).unwrap().keeping(&first).keeping(&second);
+        let found = minimised(&hessian, &gradient).keeping(&first).keeping(&second);
         let length = |known: &KnownLength| (known.difference + &known.by_step * &found.step).norm();
         assert!((length(&first) - 0.7).abs() < 1e-9 && (length(&second) - 1.5).abs() < 1e-9);
     }

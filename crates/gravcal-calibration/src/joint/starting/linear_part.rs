@@ -1,17 +1,19 @@
 //! What is linear in the joint problem, solved for given gravity and sensors.
 
+use std::sync::OnceLock;
+
 use gravcal_estimation::{BlockId, Linearization, Problem, Values};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{JointPriors, LoadDistance, PriorKind, Session};
 
-use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
+use nalgebra::{Matrix3xX, Vector3};
 
 use crate::joint::building::build::pose_readings_alone;
 use crate::joint::error::BuildError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::problem::JointProblem;
-use crate::joint::starting::any_direction::{AnyDirection, FAINT_DAMPING};
-use crate::joint::starting::at_distances::{KnownLength, Quadratic};
+use crate::joint::starting::any_gravity::AnyGravity;
+use crate::joint::starting::at_distances::{FAINT_DAMPING, KnownLength, Quadratic};
 use crate::joint::variables::State;
 
 /// Nominal torque gains are taken for wrong where they are off by more than this factor, and by lengths only where that
@@ -27,6 +29,17 @@ pub(in crate::joint) struct LinearPart<'s> {
     built: JointProblem,
     /// With everything else held.
     linear: Problem,
+    /// The same with nominal sensors under any gravity, once that was asked for.
+    any_gravity: OnceLock<Option<AnyGravity>>,
+}
+
+/// Where a start is looked for.
+#[derive(Clone, Copy)]
+pub(in crate::joint) enum Candidate<'a> {
+    /// At values that were found before.
+    Known(&'a State),
+    /// At nominal values under a direction of gravity.
+    Under([f64; 3]),
 }
 
 impl<'s> LinearPart<'s> {
@@ -38,7 +51,7 @@ impl<'s> LinearPart<'s> {
         let built = pose_readings_alone(session, readings, values)?;
         let nonlinear: Vec<BlockId> = built.problem.block_ids().filter(|id| !built.problem.block(*id).linear).collect();
         let linear = built.problem.with_fixed(&nonlinear, "given by the candidate");
-        Ok(LinearPart { session, built, linear })
+        Ok(LinearPart { session, built, linear, any_gravity: OnceLock::new() })
     }
 
     pub fn session(&self) -> &'s Session {
@@ -53,28 +66,45 @@ impl<'s> LinearPart<'s> {
         }
         let Ok(linearization) = self.linear.linearize(&values) else { return (f64::INFINITY, candidate.clone()) };
         let Some(quadratic) = quadratic(&*linearization) else { return self.solve_from(&values, candidate) };
-        let lengths = self.session.load_distances.iter().filter_map(|known| self.known_length(known, &values));
-        let quadratic = lengths.fold(quadratic, |quadratic, known| quadratic.keeping(&known));
+        let quadratic = self.known_lengths(&values).iter().fold(quadratic, Quadratic::keeping);
         let solved = self.linear.retract(&values, quadratic.step.as_slice());
         (linearization.cost() - quadratic.reduction, self.built.variables.state(&solved, candidate))
     }
 
-    /// The cost left for the sensors of a candidate, by gravity's direction.
-    pub fn costs(&self, candidate: &State) -> impl Fn([f64; 3]) -> f64 {
+    /// The same with all torque gains of a candidate times a number, with known distances of placements or without.
+    fn solve_at(&self, candidate: Candidate<'_>, scale: f64, with_distances: bool) -> (f64, State) {
+        let state = with_gains_times(scale, &self.state_of(candidate));
+        let values = self.values(&state);
+        if let Candidate::Under(direction) = candidate {
+            let lengths = if with_distances { self.known_lengths(&values) } else { Vec::new() };
+            if let Some((cost, step)) = self.any_gravity().and_then(|any| any.least(direction, scale, &lengths)) {
+                let solved = self.linear.retract(&values, step.as_slice());
+                return (cost, self.built.variables.state(&solved, &state));
+            }
+        }
+        if with_distances { self.solve(&state) } else { self.solve_from(&values, &state) }
+    }
+
+    /// The least cost for nominal sensors under a direction of gravity.
+    pub fn least_cost(&self, direction: [f64; 3]) -> f64 {
+        self.solve_at(Candidate::Under(direction), 1.0, true).0
+    }
+
+    fn state_of(&self, candidate: Candidate<'_>) -> State {
         let magnitude = self.session.gravity.magnitude;
-        let under = move |direction: [f64; 3]| State { gravity: direction.map(|c| magnitude * c), ..candidate.clone() };
-        let no_lengths = self.session.load_distances.is_empty();
-        let any =
-            no_lengths.then(|| AnyDirection::new(&self.linear, |direction| self.values(&under(direction)))).flatten();
-        move |direction| {
-            let cost = any.as_ref().and_then(|any| any.least_cost(direction));
-            cost.unwrap_or_else(|| self.solve(&under(direction)).0)
+        match candidate {
+            Candidate::Known(known) => known.clone(),
+            Candidate::Under(direction) => {
+                State { gravity: direction.map(|c| magnitude * c), ..State::nominal(self.session) }
+            }
         }
     }
 
-    /// The same without known distances.
-    fn solve_anywhere(&self, candidate: &State) -> (f64, State) {
-        self.solve_from(&self.values(candidate), candidate)
+    /// Nominal sensors under any gravity, where the linear part is a polynomial of that.
+    fn any_gravity(&self) -> Option<&AnyGravity> {
+        let under = |direction, scale| with_gains_times(scale, &self.state_of(Candidate::Under(direction)));
+        let make = || AnyGravity::new(&self.linear, |direction, scale| self.values(&under(direction, scale)));
+        self.any_gravity.get_or_init(make).as_ref()
     }
 
     fn solve_from(&self, values: &Values, candidate: &State) -> (f64, State) {
@@ -98,6 +128,11 @@ impl<'s> LinearPart<'s> {
         values
     }
 
+    /// How known distances of placements depend on the columns of the linear problem.
+    fn known_lengths(&self, values: &Values) -> Vec<KnownLength> {
+        self.session.load_distances.iter().filter_map(|known| self.known_length(known, values)).collect()
+    }
+
     /// How the difference of two placements depends on the columns of the linear problem; nothing where one of them is not carried.
     fn known_length(&self, known: &LoadDistance, values: &Values) -> Option<KnownLength> {
         let [from, to] = known.between.map(|load| self.built.variables.loads[load].as_deref());
@@ -111,19 +146,18 @@ impl<'s> LinearPart<'s> {
         Some(KnownLength { difference, by_step, length: known.distance })
     }
 
-    /// The same with torque gains of the size that the loads tell, where the candidate's are far from it.
+    /// What suits a candidate best, with torque gains of the size that the loads tell, where its own are far from it.
     ///
     /// Placements that the readings hardly tell may lie anywhere, and tell a scale that nothing else bears out: the cost at known distances
     /// decides.
-    pub fn solve_to_scale(&self, candidate: &State) -> (f64, State) {
-        let (mut gains, mut best) = (candidate.clone(), self.solve(candidate));
+    pub fn solve_to_scale(&self, candidate: Candidate<'_>) -> (f64, State) {
+        let (mut scale, mut best) = (1.0, self.solve_at(candidate, 1.0, true));
         for _ in 0..SCALINGS {
             let before = best.0;
-            for scale in self.gain_scales(&gains) {
-                let scaled = with_gains_times(scale, &gains);
-                let other = self.solve(&scaled);
+            for factor in self.gain_scales(candidate, scale) {
+                let other = self.solve_at(candidate, factor * scale, true);
                 if other.0 < best.0 {
-                    (gains, best) = (scaled, other);
+                    (scale, best) = (factor * scale, other);
                 }
             }
             if best.0 == before {
@@ -133,20 +167,20 @@ impl<'s> LinearPart<'s> {
         best
     }
 
-    /// By what all torque gains may have to be multiplied, where none is known beforehand and they are far off.
+    /// By what all torque gains, a candidate's but for a factor, may have to be multiplied, where none is known beforehand and they are far off.
     ///
     /// With the gains times κ, and masses, moments and placements divided by κ, only what the loads' known masses do on known
     /// lengths changes, linearly in κ. So the cost that the linear problem leaves is a parabola in κ, and three points give its
     /// minimum. Where it is flat (no lengths), the known distance of two placements is the measure: the linear problem, which
     /// does not know it, puts them κ times as far apart.
-    fn gain_scales(&self, start: &State) -> Vec<f64> {
+    fn gain_scales(&self, candidate: Candidate<'_>, before: f64) -> Vec<f64> {
         let session = self.session;
         let free = |joint: &JointPriors| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat;
         if session.loads.is_empty() || !session.joints.iter().all(free) {
             return Vec::new();
         }
-        let (one, found) = self.solve_anywhere(start);
-        let [(half, _), (two, _)] = [0.5, 2.0].map(|scale| self.solve_anywhere(&with_gains_times(scale, start)));
+        let [(one, found), (half, _), (two, _)] =
+            [1.0, 0.5, 2.0].map(|scale| self.solve_at(candidate, scale * before, false));
         let slopes = [2.0 * (one - half), two - one];
         let curvature = (slopes[1] - slopes[0]) / 1.5;
         let scale = 1.5 / 2.0 - slopes[0] / (2.0 * curvature);
@@ -167,18 +201,16 @@ fn with_gains_times(scale: f64, values: &State) -> State {
     scaled
 }
 
-/// The cost of a linear problem, minimised in the unit of its columns; nothing where that needs more digits than there are.
+/// The cost of a linear problem, minimised; nothing where that needs more digits than there are.
 fn quadratic(linearization: &dyn Linearization) -> Option<Quadratic> {
-    let (size, hessian) = (linearization.gradient().len(), linearization.hessian());
-    let scales = linearization.column_scales();
-    let damping = |i: usize| FAINT_DAMPING * scales[i] * scales[i];
-    let hessian = DMatrix::from_fn(size, size, |i, j| hessian[i * size + j] + if i == j { damping(i) } else { 0.0 });
-    Quadratic::minimised(hessian, &DVector::from_column_slice(linearization.gradient()))
+    let (gradient, hessian) = (linearization.gradient(), linearization.hessian());
+    Quadratic::minimised(gradient, |i, j| hessian[i * gradient.len() + j], FAINT_DAMPING)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::joint::starting::directions::directions;
     use crate::joint::{Signals, select};
     use crate::testing::sarcos_shoulder;
 
@@ -194,8 +226,26 @@ mod tests {
         // Gravity and sensors are true: noise alone is left, ½ a reading.
         let per_reading = cost / readings.count() as f64;
         assert!((0.4..0.6).contains(&per_reading), "{per_reading}");
-        let (anywhere, free) = part.solve_anywhere(&simulation.truth);
+        let (anywhere, free) = part.solve_from(&part.values(&simulation.truth), &simulation.truth);
         assert!(anywhere <= cost && free.loads != found.loads);
+    }
+
+    #[test]
+    fn nominal_sensors_under_any_gravity_end_where_the_problem_itself_does() {
+        let session = sarcos_shoulder().session(0);
+        let part = LinearPart::new(&session, &select(&session, Signals::All), &State::nominal(&session)).unwrap();
+        assert!(part.any_gravity().is_some());
+        for (direction, scale) in
+            directions(session.gravity.hemisphere).step_by(7).zip([1.0, 0.4, 2.5].into_iter().cycle())
+        {
+            let candidate = Candidate::Under(direction);
+            let (cost, found) = part.solve_at(candidate, scale, true);
+            let (expected, itself) = part.solve(&with_gains_times(scale, &part.state_of(candidate)));
+            assert!((cost - expected).abs() < 1e-8 * expected, "{cost} {expected}");
+            for (load, its) in found.loads.iter().zip(&itself.loads) {
+                assert!((Vector3::from(*load) - Vector3::from(*its)).norm() < 1e-5, "{load:?} {its:?}");
+            }
+        }
     }
 
     #[test]
@@ -203,7 +253,7 @@ mod tests {
         let simulation = sarcos_shoulder();
         let session = simulation.session(0);
         let part = LinearPart::new(&session, &select(&session, Signals::All), &State::nominal(&session)).unwrap();
-        let (_, found) = part.solve_to_scale(&with_gains_times(0.5, &simulation.truth));
+        let (_, found) = part.solve_to_scale(Candidate::Known(&with_gains_times(0.5, &simulation.truth)));
         let ratio = found.sensors[0][0] / simulation.truth.sensors[0][0];
         assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
     }

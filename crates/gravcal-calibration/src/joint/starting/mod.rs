@@ -1,6 +1,6 @@
 //! Where a solve starts.
 
-pub(super) mod any_direction;
+pub(super) mod any_gravity;
 pub(super) mod at_distances;
 pub(super) mod directions;
 pub(super) mod gravity_free;

@@ -13,7 +13,7 @@ use crate::joint::error::BuildError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
 use crate::joint::problem::JointProblem;
-use crate::joint::starting::any_direction::FAINT_DAMPING;
+use crate::joint::starting::at_distances::FAINT_DAMPING;
 use crate::joint::variables::State;
 
 /// Poses that suffice to compare candidates.

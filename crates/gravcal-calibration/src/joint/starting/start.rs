@@ -12,7 +12,7 @@ use gravcal_robot_model::session::Session;
 use crate::joint::error::BuildError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::starting::directions::{directions, turned};
-use crate::joint::starting::linear_part::LinearPart;
+use crate::joint::starting::linear_part::{Candidate, LinearPart};
 use crate::joint::starting::sample::{Nearby, POSES, Sample, thinned};
 use crate::joint::variables::State;
 
@@ -74,7 +74,7 @@ fn rough_ends(
 ) -> Result<Vec<State>, BuildError> {
     let rough = Sample::new(session, &sample.readings.roughly(session))?;
     let part = LinearPart::new(session, &rough.readings, &State::nominal(session))?;
-    let suited = |candidate: State| part.solve_to_scale(&candidate);
+    let suited = |candidate: Candidate<'_>| part.solve_to_scale(candidate);
     let candidates = candidates(session, known);
     let (most, solved) = match extent {
         Extent::All(most) => (most, in_parallel(candidates, suited)),
@@ -134,11 +134,8 @@ pub(in crate::joint) fn further_starts(
 }
 
 /// `known`, and the nominal values under each direction of gravity.
-fn candidates(session: &Session, known: Option<&State>) -> impl Iterator<Item = State> {
-    let nominal = State::nominal(session);
-    let magnitude = session.gravity.magnitude;
-    let directed = move |direction: [f64; 3]| State { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
-    known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed))
+fn candidates<'a>(session: &Session, known: Option<&'a State>) -> impl Iterator<Item = Candidate<'a>> {
+    known.map(Candidate::Known).into_iter().chain(directions(session.gravity.hemisphere).map(Candidate::Under))
 }
 
 /// The best few candidates that are apart from each other.
@@ -162,7 +159,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 pub(in crate::joint) fn start_cost(session: &Session, readings: &MeasurementSet) -> Result<f64, BuildError> {
     let nominal = State::nominal(session);
     let part = LinearPart::new(session, &thinned(session, readings, COMPARED), &nominal)?;
-    let cost = part.costs(&nominal);
+    let cost = |direction: [f64; 3]| part.least_cost(direction);
     let some = directions(session.gravity.hemisphere).step_by(FEW).map(|direction| (cost(direction), direction));
     let Some(mut best) = some.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(f64::INFINITY) };
     let mut turn = FIRST_TURN;
