@@ -31,12 +31,22 @@ pub struct SolveEnvironment<'a> {
     stop: Option<&'a AtomicBool>,
     iterations: Option<usize>,
     enough: f64,
+    /// A cost, and the iterations after which a solve is given up that is still above it.
+    hopeless: Option<(f64, usize)>,
 }
 
 impl<'a> SolveEnvironment<'a> {
     /// `progress` is told in a few words what is being done.
     pub fn new(solver: &'a dyn Solver, progress: &'a (dyn Fn(&str) + Sync)) -> Self {
-        SolveEnvironment { solver, progress, observer: &|_| {}, stop: None, iterations: None, enough: 0.0 }
+        SolveEnvironment {
+            solver,
+            progress,
+            observer: &|_| {},
+            stop: None,
+            iterations: None,
+            enough: 0.0,
+            hopeless: None,
+        }
     }
 
     /// The same with someone who is told of every iteration of the solver.
@@ -69,6 +79,11 @@ impl<'a> SolveEnvironment<'a> {
     /// The same for solves whose cost need not be known better than this: an iteration that lowers it by less is the last.
     pub fn to_within(&self, enough: f64) -> SolveEnvironment<'a> {
         SolveEnvironment { enough, ..*self }
+    }
+
+    /// The same for solves that are given up where after so many iterations they are still above this cost.
+    pub(crate) fn unless_above(&self, cost: f64, iterations: usize) -> SolveEnvironment<'a> {
+        SolveEnvironment { hopeless: Some((cost, iterations)), ..*self }
     }
 
     /// How well the cost of solves need be known.
@@ -152,6 +167,9 @@ impl<'a> SolveEnvironment<'a> {
                     Some(Termination::Cost { relative })
                 }
                 (_, Some(share)) if costs.len() > PATIENCE && record.cost > hopeless && share < LITTLE => {
+                    Some(Termination::IterationLimit { limit: costs.len() - 1 })
+                }
+                _ if self.hopeless.is_some_and(|(cost, most)| costs.len() > most && record.cost > cost) => {
                     Some(Termination::IterationLimit { limit: costs.len() - 1 })
                 }
                 _ if self.iterations.is_some_and(|most| costs.len() > most) => {

@@ -41,10 +41,14 @@ const LONGER: f64 = 1.5;
 /// Standard deviations over which the others can follow where those of the linear model have a basis.
 const LEAST: f64 = 0.02;
 /// Share of that growth to which the cost is known where the others follow.
-const KNOWN: f64 = 1e-4;
+const KNOWN: f64 = 1e-3;
 /// Iterations in which the others follow, and in which they find the way from elsewhere.
 const ITERATIONS: usize = 30;
 const FROM_ELSEWHERE: usize = 300;
+/// Where the cost has grown by so many times that growth, and that after so many iterations, the others have not followed, or found no way.
+const LOST: f64 = 100.0;
+const LOST_AFTER: usize = 10;
+const LOST_ELSEWHERE: usize = 60;
 
 /// An estimate whose profiles are looked at.
 pub struct Profiled<'a> {
@@ -177,8 +181,8 @@ impl Profile<'_> {
         let mut std = told;
         while std <= self.limit {
             let distance = 2.0 * AWAY * std;
-            let starts =
-                self.of.starts.iter().map(|start| self.solved(side * distance, start, FROM_ELSEWHERE, environment));
+            let within = environment.within(FROM_ELSEWHERE).unless_above(self.lost(lowest), LOST_ELSEWHERE);
+            let starts = self.of.starts.iter().map(|start| self.solved(side * distance, start, &within));
             let costs = starts.filter_map(|there| there.map(|there| there.0));
             let growth = costs.fold(f64::INFINITY, f64::min) - lowest;
             let deviations = (2.0 * growth / self.noise).max(0.0).sqrt().max(AWAY);
@@ -206,18 +210,20 @@ impl Profile<'_> {
         environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Point>, EvaluateError> {
         let start = self.led_by(side * (distance - before.distance), before)?;
-        let there = self.solved(side * distance, &start, ITERATIONS, environment);
+        let within = environment.within(ITERATIONS);
+        let at_estimate = before.distance == 0.0 && distance == 0.0;
+        let within = if at_estimate { within } else { within.unless_above(self.lost(before.cost), LOST_AFTER) };
+        let there = self.solved(side * distance, &start, &within);
         Ok(there.map(|(cost, values)| Point { distance, cost, values }))
     }
 
+    /// What no profile costs that is followed from a point of this cost.
+    fn lost(&self, cost: f64) -> f64 {
+        cost + LOST * GROWTH * self.noise
+    }
+
     /// What it costs, and where the others are, with the parameter fixed so far from its estimate. Nothing where that cannot be solved.
-    fn solved(
-        &self,
-        away: f64,
-        start: &Values,
-        iterations: usize,
-        environment: &SolveEnvironment<'_>,
-    ) -> Option<(f64, Values)> {
+    fn solved(&self, away: f64, start: &Values, environment: &SolveEnvironment<'_>) -> Option<(f64, Values)> {
         let Profiled { problem, values: estimate, reference, .. } = self.of;
         let block = problem.columns()[self.column].block;
         let mut start = start.clone();
@@ -227,7 +233,7 @@ impl Profile<'_> {
             Some(reference) => fixed.with_reference((*reference).clone()),
             None => fixed,
         };
-        let there = environment.within(iterations).to_within(KNOWN * GROWTH * self.noise).solve(&fixed, &start).ok()?;
+        let there = environment.to_within(KNOWN * GROWTH * self.noise).solve(&fixed, &start).ok()?;
         Some((there.cost, there.values))
     }
 
