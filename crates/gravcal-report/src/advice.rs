@@ -82,7 +82,7 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
                     TABLE => format!("gravcal export {file} --to {TABLE} makes a table of all that the sensors have."),
                     others => format!("gravcal export {file} --to {others} gives the numbers to the driver."),
                 },
-                "Keep calibration.json: gravcal compare tells next week which sensor has moved.".into(),
+                "Keep calibration.json: gravcal compare tells later which sensor moved.".into(),
             ])
             .collect(),
     }

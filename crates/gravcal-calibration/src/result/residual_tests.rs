@@ -52,6 +52,8 @@ pub enum ResidualTestKind {
         /// Periods a turn.
         order: u32,
     },
+    /// A reading that goes with its joint's own position, as if a spring pulled.
+    Spring,
     /// A coordinate that runs unevenly.
     PositionHarmonic {
         /// Periods a turn.
@@ -155,6 +157,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::TrendInTables => f.write_str("trend in each table"),
             ResidualTestKind::Neighbours => f.write_str("neighbours alike"),
             ResidualTestKind::TorqueHarmonic { order } => write!(f, "torque harmonic {order}"),
+            ResidualTestKind::Spring => f.write_str("spring"),
             ResidualTestKind::PositionHarmonic { order } => write!(f, "position harmonic {order}"),
             ResidualTestKind::Compliance => f.write_str("compliance"),
             ResidualTestKind::Velocity => f.write_str("velocity"),

@@ -63,6 +63,8 @@ pub enum Term {
     TorqueGains,
     /// In share of the gain.
     TorqueGainTrend,
+    /// Of a joint's own position reading and its square, in the unit of the torque reading at the ends of what it moves.
+    Spring,
     /// In the unit of the reading, at the largest.
     TorqueNonlinearity,
     /// Of all other joints that are read, in the unit of the reading for each N·m; of an instrument, of its other axes in their units.
@@ -201,7 +203,7 @@ impl<'a> Columns<'a> {
             if !self.slopes[channel].is_empty() {
                 terms.extend(ORDERS.map(Term::TorqueHarmonic));
             }
-            terms.extend([Term::Velocity, Term::Acceleration, Term::Direction]);
+            terms.extend([Term::Spring, Term::Velocity, Term::Acceleration, Term::Direction]);
             terms.extend([Term::TorqueGains, Term::TorqueGainTrend, Term::TorqueNonlinearity, Term::Crosstalk]);
             if self.session.terms.with_friction().contains(&channel) {
                 terms.push(Term::FrictionTrend);
@@ -330,6 +332,7 @@ impl<'a> Columns<'a> {
                     self.coordinate(channel, |pose| function(f64::from(*order) * self.angle(channel, pose)))
                 })
                 .into(),
+            Term::Spring => self.spring(channel),
             Term::Compliance => vec![self.coordinate(channel, |pose| self.torques[pose][channel])],
             Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity, |_| 1.0)],
             Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration, |_| 1.0)],
@@ -464,6 +467,19 @@ impl<'a> Columns<'a> {
     fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>, acts_on: impl Fn(usize) -> f64) -> Vec<f64> {
         let own = |pose: usize| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0);
         self.reading(joint, |pose| own(pose) * acts_on(pose))
+    }
+
+    /// A torque that goes with a joint's own position reading, and with its square: from the middle to the ends of what it moves.
+    fn spring(&self, joint: usize) -> Vec<Vec<f64>> {
+        let position = |pose: usize| self.session.poses[pose].position[joint];
+        let (low, high) = self
+            .poses(joint)
+            .map(position)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)));
+        let half = 0.5 * (high - low);
+        let from_middle = |pose: usize| (position(pose) - low) / half - 1.0;
+        let power = |power: i32| self.reading(joint, |pose| from_middle(pose).powi(power));
+        if half > 0.0 { [1, 2].map(power).into() } else { Vec::new() }
     }
 
     /// Terms of a friction that is no line over the speed.

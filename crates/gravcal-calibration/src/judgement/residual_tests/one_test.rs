@@ -27,6 +27,10 @@ impl Search<'_> {
             Term::PositionHarmonic(order) => {
                 (ResidualTestKind::PositionHarmonic { order: *order }, amplitude, "rad".to_owned())
             }
+            Term::Spring => {
+                let [ahead, behind] = [1.0, -1.0].map(|at| dot(&coefficients, &[at, 1.0]));
+                (ResidualTestKind::Spring, if ahead.abs() > behind.abs() { ahead } else { behind }, unit)
+            }
             Term::Compliance => (ResidualTestKind::Compliance, first, "rad/(N·m)".to_owned()),
             Term::Velocity => (ResidualTestKind::Velocity, first, self.by_motion(channel, &unit, "s")),
             Term::Acceleration => (ResidualTestKind::Acceleration, first, self.by_motion(channel, &unit, "s²")),

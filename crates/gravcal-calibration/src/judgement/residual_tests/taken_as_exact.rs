@@ -33,6 +33,8 @@ const ECCENTRIC: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how much the zero of a torque sensor is another in the next recording, in what its readings span; of more tables it is not asked.
 const SHIFTED: f64 = 1e-3;
 const MOST_TABLES: usize = 6;
+/// By how much a cable or a hose pulls at a joint like a spring at the ends of what it moves, in what its torque readings span.
+const SPRUNG: f64 = 1e-3;
 /// By how many of its standard deviations that must move a number to be worth a remark.
 const REMARKABLE: f64 = 2.0;
 
@@ -65,7 +67,10 @@ impl Search<'_> {
             (!included(&|kind| matches!(kind, ResidualTestKind::LoadMass { .. }))).then(|| self.masses_of_loads()),
             (!included(&|kind| matches!(kind, ResidualTestKind::LoadPlacement { .. }))).then(|| self.places_of_loads()),
             (!included(&|kind| matches!(kind, ResidualTestKind::LoadDistance { .. }))).then(|| self.distances()),
-            (!included(&|kind| matches!(kind, ResidualTestKind::Pull))).then(|| self.pull()),
+            self.pulls(
+                !included(&|kind| matches!(kind, ResidualTestKind::Pull)),
+                !included(&|kind| matches!(kind, ResidualTestKind::Spring)),
+            ),
             (!included(&|kind| matches!(kind, ResidualTestKind::Compliance))).then(|| self.stiffness()),
             Some(self.mountings()),
             (!included(&|kind| matches!(kind, ResidualTestKind::Tables { .. }))).then(|| self.zeros()),
@@ -138,13 +143,25 @@ impl Search<'_> {
         }
     }
 
-    fn pull(&self) -> Exact {
-        Exact {
-            wrong: format!("a hose pulled at the last link, {PULLS} N along each axis"),
-            cure: "take it off",
-            columns: self.all_aside(|term| matches!(term, Term::Pull), PULLS),
-            itself: None,
-        }
+    /// A hose that hangs from the arm, and cables along it, which are bent and stretched as it moves.
+    fn pulls(&self, at_last_link: bool, at_joints: bool) -> Option<Exact> {
+        let hose = self.all_aside(|term| at_last_link && matches!(term, Term::Pull), PULLS);
+        let of_joint = |joint: usize| {
+            let pull = SPRUNG * self.solved.readings().spreads[joint];
+            let off = move |column: Vec<f64>| column.into_iter().map(|entry| pull * entry).collect();
+            self.columns.of(joint, &Term::Spring).into_iter().map(off)
+        };
+        let cables: Vec<Vec<f64>> = (0..self.session.joints.len()).filter(|_| at_joints).flat_map(of_joint).collect();
+        let by_hose = format!("a hose pulled at the last link ({PULLS} N along each axis)");
+        let by_cables = format!("at each joint ({} % of its torque range)", significant(100.0 * SPRUNG, 1));
+        let wrong = match (hose.is_empty(), cables.is_empty()) {
+            (false, false) => format!("{by_hose} and cables {by_cables}"),
+            (false, true) => by_hose,
+            (true, false) => format!("cables pulled {by_cables}"),
+            (true, true) => return None,
+        };
+        let columns = [hose, cables].concat();
+        Some(Exact { wrong, cure: "take them off", columns, itself: None })
     }
 
     /// All that is stated of one kind, as far off.

@@ -486,6 +486,28 @@ fn something_that_pulls_at_the_last_link_is_named_with_its_force() {
     }
 }
 
+/// A cable that is bent as joint 2 moves, stronger the farther it is.
+#[test]
+fn a_spring_at_a_joint_is_named_with_its_torque_and_intervals_include_it() {
+    let simulation = shoulder();
+    let mut session = simulation.session(0);
+    let positions = || simulation.session(0).poses.into_iter().map(|pose| pose.position[1]);
+    let (low, high) = (positions().fold(f64::INFINITY, f64::min), positions().fold(f64::NEG_INFINITY, f64::max));
+    for pose in &mut session.poses {
+        let share = (pose.position[1] - low) / (high - low);
+        pose.torque[1].iter_mut().for_each(|reading| reading.value += 20.0 * NOISE * share * share);
+    }
+    let result = estimate(&session);
+    let test = named(&result).into_iter().find(|test| test.kind == ResidualTestKind::Spring).unwrap();
+    assert!(test.channel == "joint2" && test.unit == "count" && test.spoils_intervals, "{test:?}");
+    assert!(test.size.abs() < 20.0 * NOISE, "{test:?}");
+    let note = result.notes.iter().find(|note| note.contains("as if a spring pulled at the joint")).unwrap();
+    assert!(note.contains("stiffness * position + bend * position^2"), "{note}");
+    for (name, error) in errors(&session, &simulation, &result) {
+        assert!(error.abs() < 4.0, "{name} is {error} standard deviations off");
+    }
+}
+
 /// Two loads that are farther apart than stated.
 #[test]
 fn a_distance_that_is_not_as_stated_is_named_with_what_is_wrong() {
@@ -646,7 +668,7 @@ fn what_is_taken_as_exact_is_told_where_numbers_hang_on_it() {
             "axis were tilted by 0.05°",
             "each position sensor were eccentric (up to 0.05°",
             "all loads were 0.5 % heavier, or gravity stronger, than stated",
-            "a hose pulled at the last link, 0.1 N along each axis",
+            "a hose pulled at the last link (0.1 N along each axis) and cables at each joint (0.1 % of its torque range)",
         ]
         .map(|wrong| told.as_ref().is_some_and(|told| told.contains(wrong)))
     };

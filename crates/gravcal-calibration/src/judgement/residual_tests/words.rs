@@ -261,6 +261,10 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residual of {channel} goes with its own angle, {}, by {size} {unit}.", periods(*order)),
             "A cable, a gear or a sensor that is loaded from the side does so: look at what pulls at the joint; spread the poses over its whole range.".into(),
         ),
+        ResidualTestKind::Spring => (
+            format!("The residual of {channel} goes with its own position as if a spring pulled at the joint: by up to {size} {unit}."),
+            of_spring(session, test),
+        ),
         ResidualTestKind::PositionHarmonic { order } => (
             format!("The residuals show a coordinate of {channel} that runs unevenly, {}, by {size} rad.", periods(*order)),
             format!("Estimate it: sensor_models = [{{ kind = \"position-harmonics\", orders = [{order}] }}] in its [[joint]]."),
@@ -333,6 +337,19 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
     format!(
         "{what} ({p}, {} times the noise of a reading, all tests counted.) {consequence} {cure}",
         significant(*in_noise, 2)
+    )
+}
+
+/// What to do about what pulls at a joint like a spring.
+fn of_spring(session: &Session, test: &ResidualTest) -> String {
+    let channel = &test.channel;
+    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == *channel).unwrap_or(0);
+    let limit = || format!("limit = {}", significant(test.size.abs(), 1));
+    let by = |power: &str| format!("{}/{}{power}", session.channel_unit(joint), session.joints[joint].position_unit);
+    let unknowns = [("stiffness", by(""), limit()), ("bend", by("²"), limit())];
+    format!(
+        "A cable, a hose or a balancer that is bent or stretched as the joint moves does so: take it off, or estimate it: {}.",
+        formula(channel, "stiffness * position + bend * position^2", &unknowns)
     )
 }
 
