@@ -92,6 +92,21 @@ fn a_joint_that_turns_the_other_way_than_the_robot_says_is_named() {
     assert_eq!(joint.termination, "joint that turns the other way than the robot's description says: joint3");
 }
 
+#[test]
+fn loads_on_another_link_than_stated_are_named() {
+    let session = tilted_session(|session| {
+        for load in session["load"].as_array_mut().unwrap() {
+            assert_eq!(load["link"].as_str(), Some("link7"));
+            load.as_table_mut().unwrap().insert("link".into(), "link6".into());
+        }
+    });
+    let (run, joint) = calibrated(&session.path().join("session.toml"));
+    assert_eq!(run.code, 4, "{run:?}");
+    assert!(joint.termination.ends_with("on another link than link6, which is stated: link7"), "{}", joint.termination);
+    let words: Vec<&str> = run.stdout.split_whitespace().collect();
+    assert!(words.join(" ").contains("Say link = \"link7\""), "{run:?}");
+}
+
 /// And not the position sensor beside it, which would have to be off by many radians.
 #[test]
 fn a_distance_of_two_loads_that_is_wrong_is_named() {

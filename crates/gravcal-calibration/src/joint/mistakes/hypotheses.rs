@@ -4,7 +4,7 @@
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, or whose zero is half a turn away, joints that turn the other way
 //! than the robot's description says, columns of two joints that are
 //! swapped, of torques, of positions or of both, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
-//! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is taken off or put on in the middle
+//! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), loads on another link than stated (`other_link.rs`), and a load that is taken off or put on in the middle
 //! of a table (`changed_load.rs`).
 //!
 //! A mistake is no image of the solution (`symmetries/`): its session states another problem, and the estimate stays that of the session as it
@@ -27,6 +27,7 @@ use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::{MeasurementSet, first_noise};
 use crate::joint::mistakes::changed_load::{ChangedLoad, changed_loads};
 use crate::joint::mistakes::exchanged_axes::ExchangedAxes;
+use crate::joint::mistakes::other_link::OtherLink;
 use crate::joint::mistakes::reversed::{all_reversed, reversed_beside_others, reversed_wrist, solve_with};
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve_from::solve_from;
@@ -114,6 +115,8 @@ enum Hypothesis {
     LoadExchanged,
     /// From a pose of its table on, or before it, the load is another than said.
     LoadChanged(ChangedLoad),
+    /// Loads are on another link than stated.
+    LoadsElsewhere(OtherLink),
     /// Of a force-torque sensor.
     AxesExchanged(ExchangedAxes),
 }
@@ -156,6 +159,9 @@ fn mistaken_columns(
             // Sensors that all read the other way explain gravity in the other hemisphere as well, and are not as declared: there the solution counts.
             let before = match hypothesis {
                 Hypothesis::HemisphereInverted => cost_of(session, &readings, solved)?,
+                Hypothesis::LoadsElsewhere(other) => {
+                    solve_with(&other.anywhere(session), &readings, solved, environment)?.0.min(as_it_stands)
+                }
                 _ => as_it_stands,
             };
             let solve = |hypothesis: Hypothesis| {
@@ -264,6 +270,7 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
         .chain(session.readings.orientation.is_some().then_some(Hypothesis::OrientationsInverted))
         .chain(session.gravity.hemisphere.is_some().then_some(Hypothesis::HemisphereInverted))
         .chain(exchangeable(session).then_some(Hypothesis::LoadExchanged))
+        .chain(OtherLink::all(session).into_iter().map(Hypothesis::LoadsElsewhere))
         .chain(ExchangedAxes::all(session).into_iter().map(Hypothesis::AxesExchanged))
         .collect()
 }
@@ -313,6 +320,7 @@ impl Hypothesis {
                 made.poses.iter_mut().for_each(|pose| pose.load = if pose.load.is_some() { None } else { Some(0) });
             }
             Hypothesis::LoadChanged(changed) => return changed.made(session),
+            Hypothesis::LoadsElsewhere(other) => return other.made(session),
             Hypothesis::AxesExchanged(axes) => return axes.made(session),
             Hypothesis::OrientationsInverted => {
                 for pose in &mut made.poses {
@@ -383,6 +391,7 @@ impl Hypothesis {
                 "Exchange load = … among the [[poses]].".to_owned(),
             ),
             Hypothesis::LoadChanged(changed) => changed.report(session),
+            Hypothesis::LoadsElsewhere(other) => other.report(session),
             Hypothesis::AxesExchanged(axes) => axes.report(session),
             Hypothesis::OrientationsInverted => {
                 let inverse = session.readings.orientation.as_ref().is_some_and(|columns| columns.body_from_base);

@@ -5,4 +5,5 @@ pub(super) mod bad_readings;
 pub(super) mod changed_load;
 pub(super) mod exchanged_axes;
 pub(super) mod hypotheses;
+pub(super) mod other_link;
 pub(super) mod reversed;
