@@ -1,6 +1,6 @@
 //! What hangs on that which the session takes as exact.
 //!
-//! Lengths of the robot, directions of its axes, masses of loads and places of theirs, the strength of gravity, the stiffness of joints, mountings of instruments, position sensors that are not eccentric, zeros of torque sensors that are the same in all
+//! Lengths of the robot, directions of its axes, masses of loads and places of theirs, the strength of gravity, the stiffness of joints, mountings of instruments, position sensors that are not eccentric, zeros and gains of torque sensors that are the same in all
 //! tables, friction that is the same both ways: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
@@ -32,6 +32,8 @@ const TURNED: f64 = 0.2 * std::f64::consts::PI / 180.0;
 const ECCENTRIC: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// By how much the zero of a torque sensor is another in the next recording, in what its readings span; of more tables it is not asked.
 const SHIFTED: f64 = 1e-3;
+/// By what share its gain is, as the arm grows warmer.
+const STRONGER: f64 = 5e-4;
 const MOST_TABLES: usize = 6;
 /// By how much a cable or a hose pulls at a joint like a spring at the ends of what it moves, in what its torque readings span.
 const SPRUNG: f64 = 1e-3;
@@ -74,6 +76,10 @@ impl Search<'_> {
             (!included(&|kind| matches!(kind, ResidualTestKind::Compliance))).then(|| self.stiffness()),
             Some(self.mountings()),
             (!included(&|kind| matches!(kind, ResidualTestKind::Tables { .. }))).then(|| self.zeros()),
+            (!included(&|kind| {
+                matches!(kind, ResidualTestKind::TorqueGain { .. } | ResidualTestKind::TorqueGainTrend)
+            }))
+            .then(|| self.gains()),
             (!included(&|kind| matches!(kind, ResidualTestKind::PositionHarmonic { .. })))
                 .then(|| self.position_sensors()),
             Some(self.friction()),
@@ -194,22 +200,39 @@ impl Search<'_> {
         }
     }
 
-    /// Of torque sensors, in another table than the first.
-    fn zeros(&self) -> Exact {
-        let joints = 0..self.session.joints.len();
+    /// A term that another table than the first may have of each joint, by so much.
+    fn in_other_tables(&self, term: &Term, other: impl Fn(usize) -> f64) -> Vec<Vec<f64>> {
         let few = self.columns.tables_of_all().len() <= MOST_TABLES;
         let of_joint = |joint: usize| {
-            let other = SHIFTED * self.solved.readings().spreads[joint];
+            let other = other(joint);
             let of_table = move |column: Vec<f64>| column.into_iter().map(|entry| other * entry).collect();
-            self.columns.of(joint, &Term::Tables).into_iter().map(of_table)
+            self.columns.of(joint, term).into_iter().map(of_table)
         };
+        (0..self.session.joints.len()).filter(|_| few).flat_map(of_joint).collect()
+    }
+
+    /// Of torque sensors, in another table than the first.
+    fn gains(&self) -> Exact {
+        Exact {
+            wrong: format!(
+                "the gain of each torque sensor were another in each file, by {} %",
+                significant(100.0 * STRONGER, 1)
+            ),
+            cure: "record poses with and without load by turns, with a warm arm",
+            columns: self.in_other_tables(&Term::TorqueGains, |_| STRONGER),
+            itself: None,
+        }
+    }
+
+    /// Of torque sensors, in another table than the first.
+    fn zeros(&self) -> Exact {
         Exact {
             wrong: format!(
                 "the zero of each torque sensor were another in each file, by {} % of what its readings span",
                 significant(100.0 * SHIFTED, 1)
             ),
             cure: "record poses with and without load by turns, in one recording",
-            columns: joints.filter(|_| few).flat_map(of_joint).collect(),
+            columns: self.in_other_tables(&Term::Tables, |joint| SHIFTED * self.solved.readings().spreads[joint]),
             itself: Some(SensorParameter::TorqueBias),
         }
     }

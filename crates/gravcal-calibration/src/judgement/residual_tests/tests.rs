@@ -712,9 +712,9 @@ fn heavier_loads_move_the_number_that_is_told_as_far_as_is_told() {
 }
 
 /// Poses without a load are in one file and those with loads in others, as they often are, and readings so good that a thousandth of their span
-/// matters: what is told is by how much other zeros move a number. Biases would be others themselves.
+/// matters: what is told is by how much other zeros, or gains, move a number. Biases would be others themselves.
 #[test]
-fn zeros_that_are_others_in_another_file_are_asked_for() {
+fn zeros_and_gains_that_are_others_in_another_file_are_asked_for() {
     let mut simulation = sarcos_shoulder();
     simulation.disturbance.torque_std = vec![0.02 * NOISE; 3];
     let by_files = |files: usize| {
@@ -724,29 +724,40 @@ fn zeros_that_are_others_in_another_file_are_asked_for() {
         }
         session
     };
-    let told = |result: &EstimatorResult| {
-        let zeros =
-            |taken: &&TakenAsExact| taken.wrong.contains("the zero of each torque sensor were another in each file");
-        result.taken_as_exact.iter().find(zeros).cloned()
+    let told = |result: &EstimatorResult, of: &str| {
+        let other = |taken: &&TakenAsExact| {
+            taken.wrong.contains(&format!("the {of} of each torque sensor were another in each file"))
+        };
+        result.taken_as_exact.iter().find(other).cloned()
     };
     let (session, eleven_files) = (by_files(2), simulation.session(0));
     let result = estimate(&session);
-    let TakenAsExact { parameter, off_in_std, .. } = told(&result).unwrap();
-    assert!(!parameter.ends_with("torque_bias") && off_in_std > 50.0, "{parameter} {off_in_std}");
-    let value = |result: &EstimatorResult| result.parameter(&parameter).unwrap().value.unwrap();
-    let moved_by = |joint: usize| {
-        // A hundredth of it, which is not seen as a mistake.
-        let zero = 1e-5 * session.spreads()[joint];
-        let mut other = session.clone();
-        let second = other.poses.iter_mut().filter(|pose| pose.table == 1);
-        second.filter_map(|pose| pose.torque[joint].as_mut()).for_each(|reading| reading.value += zero);
-        100.0 * (value(&estimate(&other)) - value(&result))
+    let zero = |reading: f64, joint: usize| reading + 1e-5 * session.spreads()[joint];
+    let gain = |reading: f64, joint: usize| {
+        let bias = result.parameter(&format!("joint{}.torque_bias", joint + 1)).unwrap().value.unwrap();
+        bias + (1.0 + 5e-6) * (reading - bias)
     };
-    let moved = (0..3).map(moved_by).fold(0.0, f64::hypot);
-    let std = result.parameter(&parameter).unwrap().std.unwrap();
-    assert!((off_in_std * std / moved - 1.0).abs() < 0.01, "{off_in_std} {}", moved / std);
-    assert!(told(&estimate(&by_files(3))).is_some());
-    assert_eq!([by_files(1), eleven_files].map(|session| told(&estimate(&session))), [None, None]);
+    let others: [(&str, &dyn Fn(f64, usize) -> f64); 2] = [("zero", &zero), ("gain", &gain)];
+    for (of, read) in others {
+        let TakenAsExact { parameter, off_in_std, .. } = told(&result, of).unwrap();
+        assert!(off_in_std > 10.0, "{parameter} {off_in_std}");
+        assert!(of == "gain" || !parameter.ends_with("torque_bias") && off_in_std > 50.0, "{parameter} {off_in_std}");
+        let value = |result: &EstimatorResult| result.parameter(&parameter).unwrap().value.unwrap();
+        let moved_by = |joint: usize| {
+            // A hundredth of it, which is not seen as a mistake.
+            let mut other = session.clone();
+            let second = other.poses.iter_mut().filter(|pose| pose.table == 1);
+            let readings = second.filter_map(|pose| pose.torque[joint].as_mut());
+            readings.for_each(|reading| reading.value = read(reading.value, joint));
+            100.0 * (value(&estimate(&other)) - value(&result))
+        };
+        let moved = (0..3).map(moved_by).fold(0.0, f64::hypot);
+        let std = result.parameter(&parameter).unwrap().std.unwrap();
+        assert!((off_in_std * std / moved - 1.0).abs() < 0.01, "{of}: {off_in_std} {}", moved / std);
+        assert!(told(&estimate(&by_files(3)), of).is_some());
+    }
+    let none = [by_files(1), eleven_files].map(|session| estimate(&session));
+    assert!(none.iter().all(|result| told(result, "zero").is_none() && told(result, "gain").is_none()));
 }
 
 /// What an arm of other lengths reads is named, and intervals hold; so they do where the session says how well lengths are known, and then they are
