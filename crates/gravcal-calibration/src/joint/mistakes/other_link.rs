@@ -59,3 +59,32 @@ impl OtherLink {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn weighed_loads_of_a_link_go_to_each_other_link_and_their_places_are_not_known_there() {
+        let mut session = sarcos_shoulder().session(0);
+        session.loads.push(session.loads[0].clone());
+        assert_eq!(session.loads.len(), 3);
+        for load in &mut session.loads {
+            (load.position, load.position_std) = (Some([0.1, 0.0, 0.2]), Some(1e-3));
+        }
+        session.loads[2].mass = f64::NAN;
+        let said = |session: &Session| -> Vec<(usize, Option<[f64; 3]>)> {
+            session.loads.iter().map(|load| (load.link, load.position)).collect()
+        };
+        let payload = (2, Some([0.1, 0.0, 0.2]));
+        let made = OtherLink::all(&session).into_iter().map(|other| said(&other.made(&session)));
+        assert_eq!(made.collect::<Vec<_>>(), [0, 1].map(|link| vec![(link, None), (link, None), payload]));
+        let other = OtherLink::all(&session)[1];
+        assert_eq!(said(&other.anywhere(&session)), [(2, None), (2, None), payload]);
+        let (what, cure) = other.report(&session);
+        let [stated, carries] = [2, 1].map(|link| session.robot.chain.links()[link].name.clone());
+        assert!(what.ends_with(&format!("on another link than {stated}, which is stated: {carries}")), "{what}");
+        assert!(cure.starts_with(&format!("Say link = \"{carries}\" in their [[load]]")), "{cure}");
+    }
+}
