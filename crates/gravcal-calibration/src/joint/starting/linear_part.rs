@@ -151,20 +151,21 @@ impl<'s> LinearPart<'s> {
     /// Placements that the readings hardly tell may lie anywhere, and tell a scale that nothing else bears out: the cost at known distances
     /// decides.
     pub fn solve_to_scale(&self, candidate: Candidate<'_>) -> (f64, State) {
-        let (mut scale, mut best) = (1.0, self.solve_at(candidate, 1.0, true));
+        let (mut scale, mut least) = (1.0, self.solve_at(candidate, 1.0, true).0);
         for _ in 0..SCALINGS {
-            let before = best.0;
+            let before = least;
             for factor in self.gain_scales(candidate, scale) {
-                let other = self.solve_at(candidate, factor * scale, true);
-                if other.0 < best.0 {
-                    (scale, best) = (factor * scale, other);
+                let (cost, _) = self.solve_at(candidate, factor * scale, true);
+                if cost < least {
+                    (scale, least) = (factor * scale, cost);
                 }
             }
-            if best.0 == before {
+            if least == before {
                 break;
             }
         }
-        best
+        // From where a fit may start, to the last digit: along what is hardly known a polynomial has fewer.
+        self.solve(&with_gains_times(scale, &self.state_of(candidate)))
     }
 
     /// By what all torque gains, a candidate's but for a factor, may have to be multiplied, where none is known beforehand and they are far off.
