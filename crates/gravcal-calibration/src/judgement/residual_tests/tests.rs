@@ -711,6 +711,9 @@ fn heavier_loads_move_the_number_that_is_told_as_far_as_is_told() {
     );
 }
 
+/// What another sensor reads instead, by the joint.
+type Read<'a> = &'a dyn Fn(f64, usize) -> f64;
+
 /// Poses without a load are in one file and those with loads in others, as they often are, and readings so good that a thousandth of their span
 /// matters: what is told is by how much other zeros, or gains, move a number. Biases would be others themselves.
 #[test]
@@ -737,7 +740,7 @@ fn zeros_and_gains_that_are_others_in_another_file_are_asked_for() {
         let bias = result.parameter(&format!("joint{}.torque_bias", joint + 1)).unwrap().value.unwrap();
         bias + (1.0 + 5e-6) * (reading - bias)
     };
-    let others: [(&str, &dyn Fn(f64, usize) -> f64); 2] = [("zero", &zero), ("gain", &gain)];
+    let others: [(&str, Read<'_>); 2] = [("zero", &zero), ("gain", &gain)];
     for (of, read) in others {
         let TakenAsExact { parameter, off_in_std, .. } = told(&result, of).unwrap();
         assert!(off_in_std > 10.0, "{parameter} {off_in_std}");
