@@ -32,7 +32,7 @@ pub struct SolveEnvironment<'a> {
     iterations: Option<usize>,
     enough: f64,
     /// A cost, and the iterations after which a solve is given up that is still above it.
-    hopeless: Option<(f64, usize)>,
+    given_up: Option<(f64, usize)>,
 }
 
 impl<'a> SolveEnvironment<'a> {
@@ -45,7 +45,7 @@ impl<'a> SolveEnvironment<'a> {
             stop: None,
             iterations: None,
             enough: 0.0,
-            hopeless: None,
+            given_up: None,
         }
     }
 
@@ -83,7 +83,7 @@ impl<'a> SolveEnvironment<'a> {
 
     /// The same for solves that are given up where after so many iterations they are still above this cost.
     pub(crate) fn unless_above(&self, cost: f64, iterations: usize) -> SolveEnvironment<'a> {
-        SolveEnvironment { hopeless: Some((cost, iterations)), ..*self }
+        SolveEnvironment { given_up: Some((cost, iterations)), ..*self }
     }
 
     /// How well the cost of solves need be known.
@@ -169,7 +169,7 @@ impl<'a> SolveEnvironment<'a> {
                 (_, Some(share)) if costs.len() > PATIENCE && record.cost > hopeless && share < LITTLE => {
                     Some(Termination::IterationLimit { limit: costs.len() - 1 })
                 }
-                _ if self.hopeless.is_some_and(|(cost, most)| costs.len() > most && record.cost > cost) => {
+                _ if self.given_up.is_some_and(|(cost, most)| costs.len() > most && record.cost > cost) => {
                     Some(Termination::IterationLimit { limit: costs.len() - 1 })
                 }
                 _ if self.iterations.is_some_and(|most| costs.len() > most) => {
@@ -218,6 +218,9 @@ mod tests {
             |environment: &SolveEnvironment<'_>| environment.within(5).within(1).solve(&problem, &start).unwrap();
         let estimate = with_environment(within);
         assert_eq!(estimate.termination, Termination::IterationLimit { limit: 1 });
+        let unless_above = |cost: f64| with_environment(|w| w.unless_above(cost, 2).solve(&problem, &start)).unwrap();
+        assert_eq!(unless_above(0.0).termination, Termination::IterationLimit { limit: 2 });
+        assert!(unless_above(f64::INFINITY).termination.converged());
         let stop = AtomicBool::new(true);
         let stopped = with_environment(|w| w.within(100).stopped_by(&stop).solve(&problem, &start)).unwrap();
         assert_eq!(stopped.termination, Termination::Stopped);

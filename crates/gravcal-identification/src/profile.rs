@@ -41,7 +41,7 @@ const LONGER: f64 = 1.5;
 /// Standard deviations over which the others can follow where those of the linear model have a basis.
 const LEAST: f64 = 0.02;
 /// Share of that growth to which the cost is known where the others follow.
-const KNOWN: f64 = 1e-3;
+const KNOWN: f64 = 1e-4;
 /// Iterations in which the others follow, and in which they find the way from elsewhere.
 const ITERATIONS: usize = 30;
 const FROM_ELSEWHERE: usize = 300;

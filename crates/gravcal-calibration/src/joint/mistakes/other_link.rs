@@ -40,13 +40,17 @@ impl OtherLink {
     }
 
     fn loads(self, session: &mut Session) -> impl Iterator<Item = &mut Load> {
-        session.loads.iter_mut().filter(move |load| load.link == self.stated && !load.is_unknown())
+        session.loads.iter_mut().filter(move |load| self.concerns(load))
+    }
+
+    fn concerns(self, load: &Load) -> bool {
+        load.link == self.stated && !load.is_unknown()
     }
 
     /// What it is, and what to do about it.
     pub fn report(self, session: &Session) -> (String, String) {
         let link = |link: usize| session.robot.chain.links()[link].name.as_str();
-        let names = session.loads.iter().filter(|load| load.link == self.stated && !load.is_unknown());
+        let names = session.loads.iter().filter(|load| self.concerns(load));
         let names: Vec<&str> = names.map(|load| load.name.as_str()).collect();
         let (loads, whose) = match names.as_slice() {
             [only] => (format!("load {only}"), "its"),

@@ -157,8 +157,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 /// What the best of the nominal values under any direction of gravity costs, for comparing sessions that differ in signs and columns. The
 /// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
 pub(in crate::joint) fn start_cost(session: &Session, readings: &MeasurementSet) -> Result<f64, BuildError> {
-    let nominal = State::nominal(session);
-    let part = LinearPart::new(session, &thinned(session, readings, COMPARED), &nominal)?;
+    let part = LinearPart::new(session, &thinned(session, readings, COMPARED), &State::nominal(session))?;
     let cost = |direction: [f64; 3]| part.least_cost(direction);
     let some = directions(session.gravity.hemisphere).step_by(FEW).map(|direction| (cost(direction), direction));
     let Some(mut best) = some.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(f64::INFINITY) };
