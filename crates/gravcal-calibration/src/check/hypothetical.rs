@@ -136,7 +136,8 @@ impl Hypothetical {
         };
         let poses: Vec<Pose> = coordinates.iter().enumerate().map(pose).collect();
         self.session.poses.extend(poses);
-        self.session.tables.push(PoseTable { path: "supposed".into(), load, swept: None, step: None });
+        let path = format!("supposed-{}", self.session.tables.len()).into();
+        self.session.tables.push(PoseTable { path, load, swept: None, step: None });
     }
 
     /// True coordinates of the joints in a pose, rad or m, at nominal values.
