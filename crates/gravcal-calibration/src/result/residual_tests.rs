@@ -54,6 +54,11 @@ pub enum ResidualTestKind {
     },
     /// A reading that goes with its joint's own position, as if a spring pulled.
     Spring,
+    /// A parameter of a joint's sensors that is not what the session states, as fixed or with a standard deviation.
+    StatedSensor {
+        /// Its name.
+        parameter: String,
+    },
     /// A coordinate that runs unevenly.
     PositionHarmonic {
         /// Periods a turn.
@@ -158,6 +163,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Neighbours => f.write_str("neighbours alike"),
             ResidualTestKind::TorqueHarmonic { order } => write!(f, "torque harmonic {order}"),
             ResidualTestKind::Spring => f.write_str("spring"),
+            ResidualTestKind::StatedSensor { parameter } => write!(f, "stated {parameter}"),
             ResidualTestKind::PositionHarmonic { order } => write!(f, "position harmonic {order}"),
             ResidualTestKind::Compliance => f.write_str("compliance"),
             ResidualTestKind::Velocity => f.write_str("velocity"),

@@ -6,6 +6,9 @@ use crate::result::ResidualTest;
 /// Probability, corrected for the number of tests, below which something is named.
 pub(crate) const SIGNIFICANCE: f64 = 0.01;
 
+/// A parameter of a sensor is named before the robot's lengths and axes where it explains so large a share of what they do.
+const AS_MUCH: f64 = 0.8;
+
 /// A test with what it is of.
 pub struct Tested {
     pub test: ResidualTest,
@@ -39,7 +42,16 @@ pub fn next(found: &[Tested]) -> usize {
     let weighted = |tested: &Tested| tested.p_of_noise / weight(tested);
     let telling = found.iter().enumerate().filter(|(_, tested)| tells(tested));
     let first = telling.min_by(|(_, a), (_, b)| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
-    first.map_or(0, |(place, _)| place)
+    let Some((place, first)) = first else { return 0 };
+    // A zero that is stated wrongly turns a link, which is a joint that sits elsewhere and is tilted: one wrong number is likelier than several.
+    let is_simpler = |(_, other): &(usize, &Tested)| {
+        matches!(other.candidate, Candidate::Term(_, Term::StatedSensor(_)))
+            && tells(other)
+            && other.gain > AS_MUCH * first.gain
+    };
+    let simpler = found.iter().enumerate().filter(is_simpler).max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
+    let of_description = matches!(&first.candidate, Candidate::OfArm(term) if term.is_of_description());
+    simpler.filter(|_| of_description).map_or(place, |(place, _)| place)
 }
 
 /// The share of each in the probability of naming anything: those of all joints count as much as all others together. Of what the robot's description says of

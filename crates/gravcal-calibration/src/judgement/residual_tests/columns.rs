@@ -6,7 +6,7 @@ use gravcal_dynamics::JointKind;
 use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Need;
-use gravcal_robot_model::session::{Pose, Session};
+use gravcal_robot_model::session::{Pose, PriorKind, Session};
 use nalgebra::Vector3;
 
 use super::delayed;
@@ -82,6 +82,8 @@ pub enum Term {
         /// Place of the pose in that order.
         from: usize,
     },
+    /// Of a joint's sensor: what the session states of it, in its unit.
+    StatedSensor(SensorParameter),
     /// Of all channels: two coefficients for each table but the first, rad about axes perpendicular to gravity.
     Gravity,
     /// Of all channels: the stated mass of a load, kg.
@@ -205,6 +207,7 @@ impl<'a> Columns<'a> {
             }
             terms.extend([Term::Spring, Term::Velocity, Term::Acceleration, Term::Direction]);
             terms.extend([Term::TorqueGains, Term::TorqueGainTrend, Term::TorqueNonlinearity, Term::Crosstalk]);
+            terms.extend(self.stated(channel, [SensorParameter::TorqueGain, SensorParameter::TorqueBias]));
             if self.session.terms.with_friction().contains(&channel) {
                 terms.push(Term::FrictionTrend);
             }
@@ -239,7 +242,16 @@ impl<'a> Columns<'a> {
         // Where a table begins, it is the zero of that table.
         let froms = froms.filter(|from| self.in_order.len() >= FEWEST_PARTED && table(*from) == table(from - 1));
         let jumps = froms.map(|from| Term::PositionJump { from });
-        ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance, Term::PositionOffsets]).chain(jumps).collect()
+        let stated = self.stated(joint, [SensorParameter::PositionGain, SensorParameter::PositionOffset]);
+        let always = ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance, Term::PositionOffsets]);
+        always.chain(jumps).chain(stated).collect()
+    }
+
+    /// Those of these parameters of a joint's sensors of which the session states more than a start.
+    fn stated(&self, joint: usize, of: [SensorParameter; 2]) -> impl Iterator<Item = Term> {
+        let is_stated =
+            move |parameter: &SensorParameter| self.session.joints[joint].of(*parameter).kind != PriorKind::Flat;
+        of.into_iter().filter(is_stated).map(Term::StatedSensor)
     }
 
     /// The pose at a place in the order of times.
@@ -333,6 +345,14 @@ impl<'a> Columns<'a> {
                 })
                 .into(),
             Term::Spring => self.spring(channel),
+            Term::StatedSensor(parameter) => vec![match parameter {
+                SensorParameter::TorqueGain => self.reading(channel, |pose| self.predicted.torque(pose, channel)),
+                SensorParameter::TorqueBias => self.reading(channel, |_| 1.0),
+                SensorParameter::PositionGain => {
+                    self.coordinate(channel, |pose| self.session.poses[pose].position[channel])
+                }
+                SensorParameter::PositionOffset => self.coordinate(channel, |_| 1.0),
+            }],
             Term::Compliance => vec![self.coordinate(channel, |pose| self.torques[pose][channel])],
             Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity, |_| 1.0)],
             Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration, |_| 1.0)],

@@ -2,6 +2,7 @@
 
 use gravcal_dynamics::JointKind;
 use gravcal_recording::file_name;
+use gravcal_robot_model::parameter::ParameterId;
 
 use super::candidate::{Candidate, Tested};
 use super::columns::Term;
@@ -30,6 +31,11 @@ impl Search<'_> {
             Term::Spring => {
                 let [ahead, behind] = [1.0, -1.0].map(|at| dot(&coefficients, &[at, 1.0]));
                 (ResidualTestKind::Spring, if ahead.abs() > behind.abs() { ahead } else { behind }, unit)
+            }
+            Term::StatedSensor(parameter) => {
+                let id = ParameterId::Sensor(channel, *parameter);
+                let parameter = self.session.parameter_name(id);
+                (ResidualTestKind::StatedSensor { parameter }, first, self.session.parameter(id).unit)
             }
             Term::Compliance => (ResidualTestKind::Compliance, first, "rad/(N·m)".to_owned()),
             Term::Velocity => (ResidualTestKind::Velocity, first, self.by_motion(channel, &unit, "s")),

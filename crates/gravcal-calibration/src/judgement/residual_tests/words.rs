@@ -11,7 +11,7 @@ use super::of_instruments::of_axis;
 use super::of_torque::per_torque;
 use super::order::sides_by_order;
 use super::score::MATTERS;
-use super::words_of_stated::{of_like, of_stated};
+use super::words_of_stated::{of_like, of_stated, of_stated_sensor};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What becomes of intervals where a term spoils them.
@@ -291,6 +291,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
              calibrate those before and after by themselves."
                 .into(),
         ),
+        ResidualTestKind::StatedSensor { parameter } => of_stated_sensor(session, test, parameter),
         ResidualTestKind::LoadMass { .. }
         | ResidualTestKind::LoadPlacement { .. }
         | ResidualTestKind::LoadDistance { .. }

@@ -1,6 +1,6 @@
 //! What a test says of what is stated of loads and of the robot, and what to do about it.
 
-use gravcal_robot_model::number::significant;
+use gravcal_robot_model::number::{shown_unit, significant};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 
@@ -66,6 +66,22 @@ pub fn of_stated(session: &Session, test: &ResidualTest) -> (String, String) {
         ),
         _ => Default::default(),
     }
+}
+
+/// The same of a parameter of a joint's sensors.
+pub fn of_stated_sensor(session: &Session, test: &ResidualTest, parameter: &str) -> (String, String) {
+    let (unit, factor) = shown_unit(&test.unit);
+    let (size, more) = (significant(factor * test.size.abs(), 2), if test.size > 0.0 { "more" } else { "less" });
+    let quantity = parameter.rsplit('.').next().unwrap_or(parameter);
+    let of_joint = session.parameters().into_iter().find(|id| session.parameter_name(*id) == parameter);
+    let stated = of_joint.map_or(PriorKind::Fixed, |id| session.prior(id).kind);
+    let cure = match stated {
+        PriorKind::Gaussian { .. } => {
+            format!("Check its nominal value and its std; without std the value of {quantity} is only a start.")
+        }
+        _ => format!("Take fixed out of its {quantity}: a nominal value is only a start."),
+    };
+    (format!("The residuals show that {parameter} is not what the session states, but {size} {unit} {more}."), cure)
 }
 
 fn has_other_loads(session: &Session) -> bool {
