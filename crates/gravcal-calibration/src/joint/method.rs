@@ -36,7 +36,7 @@ use crate::joint::ends::symmetries::{in_hemisphere, settled};
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::untold_noise::untold_beside_earlier;
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::mistakes::hypotheses::contradicting_mistake;
+use crate::joint::mistakes::search::contradicting_mistake;
 use crate::joint::model_error::settling::LeftToSettle;
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::{Answer, LookedForMistakes};

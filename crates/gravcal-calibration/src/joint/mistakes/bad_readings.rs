@@ -11,7 +11,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::joint::solving::solve_from::solve_from;

@@ -1,13 +1,16 @@
-//! A load that was taken off or put on while a table was recorded: before or from some pose on its readings are those of an arm that carries something
-//! else than the table says.
+//! A table whose poses, or those before or from one of them on, are of an arm that carries something else than the table says: its label is wrong, or the load
+//! was taken off or put on while it was recorded.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_estimation::in_parallel;
+use gravcal_recording::file_name;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
+use super::hypothesis::Hypothesis;
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
@@ -40,9 +43,15 @@ struct Change {
     load: Option<usize>,
 }
 
-impl ChangedLoad {
-    /// The session as it would be right.
-    pub fn made(self, session: &Session) -> Session {
+impl Change {
+    /// Of so many poses, those at which it may be: at the first it is of all of them, or of none.
+    fn places(self, poses: usize) -> Range<usize> {
+        usize::from(!self.after)..poses
+    }
+}
+
+impl Hypothesis for ChangedLoad {
+    fn made(&self, session: &Session) -> Session {
         let mut made = session.clone();
         let part = made.poses.iter_mut().enumerate().filter(|(pose, own)| {
             (own.table, own.load) == (self.table, self.said) && (*pose >= self.from) == self.change.after
@@ -51,27 +60,28 @@ impl ChangedLoad {
         made
     }
 
-    /// The same change at the pose where it explains the readings best with the values `found` for it: a start, which knows neither sensors nor masses,
-    /// tells that pose only roughly.
-    pub fn placed(
-        self,
+    /// A start, which knows neither sensors nor masses, tells the pose of the change only roughly.
+    fn placed(
+        &self,
         session: &Session,
         readings: &MeasurementSet,
         found: &State,
-    ) -> Result<ChangedLoad, EstimateError> {
+    ) -> Result<Option<Arc<dyn Hypothesis>>, EstimateError> {
         let alike = |pose: &usize| (session.poses[*pose].table, session.poses[*pose].load) == (self.table, self.said);
         let poses: Vec<usize> = (0..session.poses.len()).filter(alike).collect();
         let cost = |place: usize| {
-            let changed = ChangedLoad { from: poses[place], ..self };
+            let changed = ChangedLoad { from: poses[place], ..*self };
             let built = build_with_constraints(&changed.made(session), readings, found)?;
             Ok((built.problem.cost(&built.initial)?, changed))
         };
-        Ok(lowest(poses.len(), f64::INFINITY, cost)?.1)
+        Ok(Some(Arc::new(lowest(self.change.places(poses.len()), f64::INFINITY, cost)?.1)))
     }
 
-    /// What happened, and what to do about it.
-    pub fn report(self, session: &Session) -> (String, String) {
+    fn words(&self, session: &Session) -> (String, String) {
         let name = |load: usize| session.loads[load].name.as_str();
+        if self.is_of_all(session) {
+            return self.words_of_all(session);
+        }
         let said = self.said.map_or("", name);
         let (file, line) = session.row_of(self.from);
         let what = match self.change {
@@ -95,6 +105,36 @@ impl ChangedLoad {
         );
         (what, cure)
     }
+}
+
+impl ChangedLoad {
+    /// Whether it is of all poses of the table that are said to carry the same.
+    fn is_of_all(&self, session: &Session) -> bool {
+        let before = session.poses[..self.from].iter();
+        self.change.after && !before.into_iter().any(|pose| (pose.table, pose.load) == (self.table, self.said))
+    }
+
+    fn words_of_all(&self, session: &Session) -> (String, String) {
+        let name = |load: usize| session.loads[load].name.as_str();
+        let file = file_name(&session.tables[self.table].path);
+        match (self.said.map(name), self.change.load.map(name)) {
+            (Some(said), Some(load)) => (
+                format!("load {load} in {file}, which is said to be of load {said}"),
+                format!("Say load = \"{load}\" in its [[poses]]."),
+            ),
+            (Some(said), None) => (
+                format!("no load in {file}, which is said to be of load {said}"),
+                format!("Take load = \"{said}\" out of its [[poses]]."),
+            ),
+            (None, load) => {
+                let load = load.unwrap_or_default();
+                (
+                    format!("load {load} in {file}, which is said to be bare"),
+                    format!("Say load = \"{load}\" in its [[poses]]."),
+                )
+            }
+        }
+    }
 
     /// Of the change, after the first pose of the table; nothing where times are not known.
     fn seconds(self, session: &Session) -> Option<f64> {
@@ -104,7 +144,7 @@ impl ChangedLoad {
     }
 }
 
-/// Of the poses of each table that are said to carry the same, and of what a part of them may carry instead (no load, or one), the pose at which a change explains the readings best, with the cost of a start
+/// Of the poses of each table that are said to carry the same, and of what they or a part of them may carry instead, the pose at which a change explains the readings best, with the cost of a start
 /// there, and how many poses came into question. `start`: the cost without any change.
 pub(in crate::joint) fn changed_loads(
     session: &Session,
@@ -117,34 +157,38 @@ pub(in crate::joint) fn changed_loads(
         alike.entry((pose.table, pose.load)).or_default().push(place);
     }
     for ((table, said), poses) in alike.into_iter().filter(|(_, poses)| poses.len() >= FEW) {
-        let instead: Vec<Option<usize>> = match said {
-            Some(_) => vec![None],
-            None => (0..session.loads.len()).map(Some).collect(),
-        };
         let poses: Arc<[usize]> = poses.into();
-        let either = instead.into_iter().flat_map(|load| [true, false].map(|after| Change { after, load }));
-        changes.extend(either.map(|change| (table, said, change, Arc::clone(&poses))));
+        for load in std::iter::once(None).chain((0..session.loads.len()).map(Some)).filter(|load| *load != said) {
+            // One load is seldom exchanged for another on the way: there only the label of all poses may be wrong.
+            let exchanged = load.is_some() && said.is_some();
+            for change in
+                [true, false].map(|after| Change { after, load }).into_iter().take(if exchanged { 1 } else { 2 })
+            {
+                let places = if exchanged { 0..1 } else { change.places(poses.len()) };
+                changes.push((table, said, change, Arc::clone(&poses), places));
+            }
+        }
     }
-    let tried = changes.iter().map(|(.., poses)| poses.len() - 1).sum();
-    let best = |(table, said, change, poses): (usize, Option<usize>, Change, Arc<[usize]>)| {
+    let tried = changes.iter().map(|(.., places)| places.len()).sum();
+    let best = |(table, said, change, poses, places): (usize, Option<usize>, Change, Arc<[usize]>, Range<usize>)| {
         let cost = |place: usize| {
             let changed = ChangedLoad { table, said, from: poses[place], change };
             Ok((start_cost(&changed.made(session), readings)?, changed))
         };
-        lowest(poses.len(), WORTH_A_LOOK * start, cost)
+        lowest(places, WORTH_A_LOOK * start, cost)
     };
     Ok((in_parallel(changes, best).into_iter().collect::<Result<_, _>>()?, tried))
 }
 
-/// The lowest cost of places after the first, found in ever smaller steps as long as that is below `worth`.
+/// The lowest cost of some places, found in ever smaller steps as long as that is below `worth`.
 fn lowest(
-    places: usize,
+    places: Range<usize>,
     worth: f64,
     cost: impl Fn(usize) -> Result<(f64, ChangedLoad), EstimateError>,
 ) -> Result<(f64, ChangedLoad), EstimateError> {
-    let mut step = (places / PARTS).max(1);
-    let (mut at, mut best) = (1, cost(1)?);
-    for place in (1 + step..places).step_by(step) {
+    let mut step = (places.end / PARTS).max(1);
+    let (mut at, mut best) = (places.start, cost(places.start)?);
+    for place in (places.start + step..places.end).step_by(step) {
         let next = cost(place)?;
         if next.0 < best.0 {
             (at, best) = (place, next);
@@ -152,7 +196,7 @@ fn lowest(
     }
     while step > 1 && best.0 < worth {
         step = step.div_ceil(2);
-        for place in [at.saturating_sub(step).max(1), (at + step).min(places - 1)] {
+        for place in [at.saturating_sub(step).max(places.start), (at + step).min(places.end - 1)] {
             let next = cost(place)?;
             if next.0 < best.0 {
                 (at, best) = (place, next);
@@ -167,7 +211,7 @@ mod tests {
     use std::cell::Cell;
 
     use super::*;
-    use crate::joint::mistakes::hypotheses::contradicting_mistake;
+    use crate::joint::mistakes::search::contradicting_mistake;
     use crate::joint::{Signals, select, solve};
     use crate::result::Verdict;
     use crate::testing::sensor_models::{estimate, shoulder};
@@ -238,7 +282,7 @@ mod tests {
                 tried.set(tried.get() + 1);
                 Ok((10.0 + from.abs_diff(237) as f64, ChangedLoad { table: 0, said: Some(0), from, change }))
             };
-            let (lowest, found) = lowest(400, worth, cost).unwrap();
+            let (lowest, found) = lowest(1..400, worth, cost).unwrap();
             (lowest, found.from, tried.get())
         };
         let (lowest, from, tried) = looked(50.0);

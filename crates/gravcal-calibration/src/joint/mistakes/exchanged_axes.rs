@@ -4,13 +4,15 @@
 use gravcal_recording::Reading;
 use gravcal_robot_model::session::{AuxiliarySensorKind, Session};
 
+use super::hypothesis::Hypothesis;
+
 const NAMES: [&str; 3] = ["x", "y", "z"];
 /// The orders of three axes; the first is that of their names.
 const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
 
 /// Which column each axis of a sensor is in, and with which sign.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::joint) struct ExchangedAxes {
+pub(super) struct ExchangedAxes {
     instrument: usize,
     order: [usize; 3],
     signs: [f64; 3],
@@ -37,9 +39,10 @@ impl ExchangedAxes {
         };
         (0..session.instruments.len()).filter(may_be).flat_map(of_sensor).collect()
     }
+}
 
-    /// The session as it would be right.
-    pub fn made(self, session: &Session) -> Session {
+impl Hypothesis for ExchangedAxes {
+    fn made(&self, session: &Session) -> Session {
         let mut made = session.clone();
         let first = session.instruments[self.instrument].first_reading;
         for pose in &mut made.poses {
@@ -53,9 +56,8 @@ impl ExchangedAxes {
         made
     }
 
-    /// What is wrong, and what to do about it.
-    pub fn report(self, session: &Session) -> (String, String) {
-        let ExchangedAxes { instrument, order, signs } = self;
+    fn words(&self, session: &Session) -> (String, String) {
+        let ExchangedAxes { instrument, order, signs } = *self;
         let name = &session.instruments[instrument].name;
         if order == ORDERS[0] && signs == [-1.0; 3] {
             let cure = "Say sign = \"reversed\" in its [[force_torque_sensor]].".to_owned();
@@ -76,7 +78,9 @@ impl ExchangedAxes {
         };
         (what, cure)
     }
+}
 
+impl ExchangedAxes {
     /// How its mounting is turned besides; `None` where no rotation does that.
     fn turn(self) -> Option<String> {
         let mut matrix = nalgebra::Matrix3::zeros();
@@ -110,7 +114,7 @@ mod tests {
                 assert_eq!(made, read.map(|value| -value));
             }
         }
-        let (what, cure) = reversed.report(&session);
+        let (what, cure) = reversed.words(&session);
         assert_eq!(what, "reversed force-torque sensor: wrist");
         assert!(cure.contains("sign = \"reversed\""), "{cure}");
     }

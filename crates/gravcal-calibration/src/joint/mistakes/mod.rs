@@ -1,9 +1,16 @@
 //! What a session may have got wrong: sensors that read the other way, exchanged columns, a load that was taken off or put on, single
-//! readings that are bad.
+//! readings that are bad. To add one, implement `Hypothesis` in a file of its own and list it in `search.rs`.
 
 pub(super) mod bad_readings;
-pub(super) mod changed_load;
-pub(super) mod exchanged_axes;
-pub(super) mod hypotheses;
-pub(super) mod other_link;
+mod changed_load;
+mod exchanged_axes;
+mod exchanged_load;
+pub(super) mod hypothesis;
+mod likelihood;
+mod other_hemisphere;
+mod other_link;
 pub(super) mod reversed;
+pub(super) mod search;
+mod swapped_columns;
+mod turned_orientations;
+mod turned_sensors;

@@ -2,9 +2,11 @@
 
 use gravcal_robot_model::session::{Load, Session};
 
+use super::hypothesis::{Hypothesis, Rival};
+
 /// All loads of a link, as another link would carry them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::joint) struct OtherLink {
+pub(super) struct OtherLink {
     /// The link that is stated.
     stated: usize,
     /// The other one.
@@ -25,15 +27,8 @@ impl OtherLink {
         stated.into_iter().flat_map(others).collect()
     }
 
-    /// The session as it would be right: what is stated of a load's place is of the other link, and nothing.
-    pub fn made(self, session: &Session) -> Session {
-        let mut made = self.anywhere(session);
-        self.loads(&mut made).for_each(|load| load.link = self.carries);
-        made
-    }
-
-    /// The session with these loads anywhere on the link that is stated, which wrong places would explain as well.
-    pub fn anywhere(self, session: &Session) -> Session {
+    /// The session with these loads anywhere on the link that is stated.
+    fn anywhere(self, session: &Session) -> Session {
         let mut anywhere = session.clone();
         self.loads(&mut anywhere).for_each(|load| (load.position, load.position_std) = (None, None));
         anywhere
@@ -46,9 +41,17 @@ impl OtherLink {
     fn concerns(self, load: &Load) -> bool {
         load.link == self.stated && !load.is_unknown()
     }
+}
 
-    /// What it is, and what to do about it.
-    pub fn report(self, session: &Session) -> (String, String) {
+impl Hypothesis for OtherLink {
+    /// What is stated of a load's place is of the link that is stated, and nothing of the other one.
+    fn made(&self, session: &Session) -> Session {
+        let mut made = self.anywhere(session);
+        self.loads(&mut made).for_each(|load| load.link = self.carries);
+        made
+    }
+
+    fn words(&self, session: &Session) -> (String, String) {
         let link = |link: usize| session.robot.chain.links()[link].name.as_str();
         let names = session.loads.iter().filter(|load| self.concerns(load));
         let names: Vec<&str> = names.map(|load| load.name.as_str()).collect();
@@ -61,6 +64,10 @@ impl OtherLink {
             format!("{loads} on another link than {stated}, which is stated: {carries}"),
             format!("Say link = \"{carries}\" in {whose} [[load]]; position_m is meant in the frame of that link."),
         )
+    }
+    /// Wrong places would explain the readings as well.
+    fn rival(&self, session: &Session) -> Rival {
+        Rival::AlsoWith(Box::new(self.anywhere(session)))
     }
 }
 
@@ -86,7 +93,7 @@ mod tests {
         assert_eq!(made.collect::<Vec<_>>(), [0, 1].map(|link| vec![(link, None), (link, None), payload]));
         let other = OtherLink::all(&session)[1];
         assert_eq!(said(&other.anywhere(&session)), [(2, None), (2, None), payload]);
-        let (what, cure) = other.report(&session);
+        let (what, cure) = other.words(&session);
         let [stated, carries] = [2, 1].map(|link| session.robot.chain.links()[link].name.clone());
         assert!(what.ends_with(&format!("on another link than {stated}, which is stated: {carries}")), "{what}");
         assert!(cure.starts_with(&format!("Say link = \"{carries}\" in their [[load]]")), "{cure}");

@@ -3,7 +3,7 @@
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::model_error::pose_errors::PoseErrors;
 use crate::joint::reporting::payloads::payloads;
 use crate::joint::solved::Solved;

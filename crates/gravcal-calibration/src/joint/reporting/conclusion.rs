@@ -5,7 +5,8 @@ use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
 use crate::joint::mistakes::bad_readings::bad_readings;
-use crate::joint::mistakes::hypotheses::{Mistake, contradicting_mistake, hidden_mistake};
+use crate::joint::mistakes::hypothesis::Mistake;
+use crate::joint::mistakes::search::{contradicting_mistake, hidden_mistake};
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::verdict::Findings;
@@ -93,6 +94,10 @@ impl Answer {
         }
         if !findings.failed() {
             findings.reason_first(self.half_turned_zeros(session));
+            if let Some(reason) = self.contradicted_validation(session, environment)? {
+                findings.doubt();
+                findings.reason_first([reason]);
+            }
         }
         let stopped = environment.stopped().then(|| STOPPED.to_owned());
         for doubt in session.positions_too_far().into_iter().chain(stopped) {

@@ -6,7 +6,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::verdict::Findings;
 use crate::joint::solved::Solved;

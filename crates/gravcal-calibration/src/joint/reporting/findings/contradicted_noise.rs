@@ -3,7 +3,7 @@
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::instruments::of_instruments;
 use crate::judgement::explained;

@@ -3,7 +3,7 @@
 use gravcal_robot_model::session::Session;
 
 use crate::joint::ends::symmetries::far_offsets;
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::variables::State;
 

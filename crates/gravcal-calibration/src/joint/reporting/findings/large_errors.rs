@@ -6,7 +6,7 @@ use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::model_error::unexplained_size::{BesideGravity, LARGE, WARNING, err_as_neighbours};
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::instruments::of_instruments;

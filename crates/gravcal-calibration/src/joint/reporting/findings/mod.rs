@@ -3,6 +3,7 @@
 mod blocks;
 mod contradicted_earlier;
 mod contradicted_noise;
+mod contradicted_validation;
 mod contradictions;
 mod gravity_upwards;
 mod heavy_tails;

@@ -3,7 +3,7 @@
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{MistakenUnit, Session};
 
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::solved::Solved;
 use crate::result::ParameterResult;
 

@@ -1,6 +1,6 @@
 //! Constraints that the readings would like to pass by far.
 
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::joint::reporting::answer::Answer;
 
 /// Standard deviations by which readings pass a constraint that they contradict.

@@ -6,7 +6,7 @@
 //! | partly determined | something that is asked for is open, or something was found that leaves intervals in doubt |
 //! | determined | else |
 
-use crate::joint::mistakes::hypotheses::Mistake;
+use crate::joint::mistakes::hypothesis::Mistake;
 use crate::result::Verdict;
 
 /// What was found of a solution.
