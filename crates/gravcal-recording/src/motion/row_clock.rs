@@ -22,7 +22,7 @@ const FEWEST: usize = 5;
 const OF_STEPS: f64 = 0.01;
 const OF_TIME: f64 = 0.5;
 /// No recording has rows so far apart, s.
-const HARDLY_SECONDS: f64 = 10.0;
+const HARDLY_SECONDS: f64 = 1.5;
 /// Nor so near each other, s: drives are controlled at some 10 kHz.
 const HARDLY_APART: f64 = 3e-5;
 /// A larger share of rows that go backwards in time is no jump of the clock.

@@ -70,7 +70,8 @@ impl Recorded {
         }
     }
 
-    /// Takes a row, unless it repeats the one before, or is empty; the times, where they run backwards.
+    /// Takes a row, unless it repeats the one before, or is empty; the times, where they run backwards. Rows of one time that are no repeats wait for
+    /// [`spread_equal_times`](Self::spread_equal_times).
     pub fn push(&mut self, time: f64, row: u64, values: &[f64]) -> Result<(), (f64, f64)> {
         if values[..self.joints].iter().any(|value| value.is_nan()) {
             return Ok(());
@@ -87,7 +88,7 @@ impl Recorded {
                 return Ok(());
             }
             let same = last.iter().zip(values).all(|(a, b)| a.to_bits() == b.to_bits());
-            if time == *before || (same && self.moves(last) && self.repeats < STANDS) {
+            if same && (time == *before || (self.moves(last) && self.repeats < STANDS)) {
                 self.repeated += 1;
                 self.repeats += 1;
                 return Ok(());
@@ -105,6 +106,39 @@ impl Recorded {
         let before =
             self.values.len().checked_sub(2 * self.width).map(|start| &self.values[start..start + self.tested]);
         before.is_some_and(|before| before != last)
+    }
+
+    /// Spreads rows that a recorder stamped alike as it wrote them at once over the time since the row before, none farther apart than rows are on the median:
+    /// the last of them keeps its stamp.
+    pub fn spread_equal_times(&mut self) {
+        let groups: Vec<Range<usize>> = self.equal_times().collect();
+        if groups.len() == self.len() {
+            return;
+        }
+        let since = |group: &Range<usize>| -> Option<f64> {
+            let before = group.start.checked_sub(1)?;
+            Some((self.times[group.start] - self.times[before]) / group.len() as f64)
+        };
+        let steps: Vec<f64> =
+            groups.iter().flat_map(|group| since(group).map(|step| vec![step; group.len()])).flatten().collect();
+        let Some(typical) = (!steps.is_empty()).then(|| median(steps)) else { return };
+        let spread: Vec<f64> = groups
+            .iter()
+            .flat_map(|group| {
+                let (last, step) = (self.times[group.start], since(group).map_or(typical, |step| step.min(typical)));
+                (0..group.len()).rev().map(move |behind| last - step * behind as f64).collect::<Vec<_>>()
+            })
+            .collect();
+        self.times = spread;
+    }
+
+    /// Rows one after the other that have the same time.
+    fn equal_times(&self) -> impl Iterator<Item = Range<usize>> {
+        let mut start = 0;
+        self.times.chunk_by(|a, b| a == b).map(move |group| {
+            start += group.len();
+            start - group.len()..start
+        })
     }
 
     pub fn len(&self) -> usize {

@@ -8,7 +8,7 @@ use super::clock::Recorded;
 use super::grid::Grid;
 use super::spline::{Run, Splines};
 use super::weight::Weighing;
-use super::{FEWEST, MotionWindow, OVERLAP, WindowRule};
+use super::{FEWEST, MotionWindow, OVERLAP, TURNS_ROUND, WindowRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
 use crate::presliding::{DahlFriction, Presliding};
@@ -28,6 +28,8 @@ pub(super) fn windows(
     let (Some(begin), Some(end)) = (times.first(), times.last()) else { return };
     let signs: Vec<Vec<f64>> =
         (0..channels.joints).map(|joint| signs(&run.states[joint], rule.moving[joint], splines.noise[joint])).collect();
+    let stands: Vec<Vec<bool>> =
+        (0..channels.joints).map(|joint| stands(&run.states[joint], times, rule.moving[joint])).collect();
     let mut presliding: Vec<Option<Followed>> = run
         .states
         .iter()
@@ -35,7 +37,7 @@ pub(super) fn windows(
         .map(|(states, scale)| scale.map(|s| Followed::new(states, s)))
         .collect();
     let count = ((end - begin - reach) * OVERLAP / rule.length).floor();
-    let at = |start: f64| Window { recorded, run, channels, rule, signs: &signs, start };
+    let at = |start: f64| Window { recorded, run, channels, rule, signs: &signs, stands: &stands, start };
     let first = begin + before;
     let mut grid = Grid::new(recorded, run, channels.joints, at(first).of_model().start, rule.length);
     for number in 0..=count.max(0.0) as usize {
@@ -51,6 +53,8 @@ struct Window<'a> {
     rule: &'a WindowRule,
     /// Of each joint's motion, by row of the run.
     signs: &'a [Vec<f64>],
+    /// Of each joint, by row of the run, whether it stands.
+    stands: &'a [Vec<bool>],
     start: f64,
 }
 
@@ -79,6 +83,20 @@ fn signs(states: &[[f64; 3]], moving: f64, noise: f64) -> Vec<f64> {
         signs[latest..].fill(after);
     }
     signs
+}
+
+/// At each moment, whether a joint stands: it is slow for longer than it takes to turn round.
+fn stands(states: &[[f64; 3]], times: &[f64], moving: f64) -> Vec<bool> {
+    let slow = |row: &usize| states[*row][1].abs() <= moving;
+    let rows: Vec<usize> = (0..states.len()).collect();
+    let stretches = rows.chunk_by(|a, b| slow(a) == slow(b));
+    stretches
+        .flat_map(|stretch| {
+            let (first, last) = (stretch[0], stretch[stretch.len() - 1]);
+            let stands = slow(&first) && times[last] - times[first] > TURNS_ROUND;
+            std::iter::repeat_n(stands, stretch.len())
+        })
+        .collect()
 }
 
 /// The first of some rows, between two that move, at which a joint that went one way goes the other: where it has gone farthest. Where it rests
@@ -143,6 +161,7 @@ impl Window<'_> {
             let speed = self.run.states[joint][row - self.run.rows.start][1];
             f64::from(u8::from(speed.abs() <= self.rule.moving[joint]))
         };
+        let stands = |joint: usize, row: usize| f64::from(u8::from(self.stands[joint][row - self.run.rows.start]));
         let mut saturated = Vec::new();
         let mut torque: Vec<Option<Reading>> = vec![None; joints];
         for (joint, channel) in self.channels.torques.iter().enumerate() {
@@ -186,6 +205,7 @@ impl Window<'_> {
             course: Arc::new(grid.course(&self.of_model())),
             interval: self.interval(),
             resting: (0..joints).map(|joint| model.mean(|row| rests(joint, row))).collect(),
+            standing: (0..joints).map(|joint| model.mean(|row| stands(joint, row))).collect(),
         })
     }
 
@@ -263,6 +283,14 @@ mod tests {
         let mut states: Vec<[f64; 3]> = positions.map(|position| [position, 0.0, 0.0]).into();
         (states[0][1], states[8][1]) = (0.1, -0.1);
         assert_eq!(signs(&states, 0.05, 1e-3), [1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, -1.0]);
+    }
+
+    #[test]
+    fn a_joint_stands_where_it_is_slow_for_longer_than_it_takes_to_turn_round() {
+        let states = |slow: usize| [vec![[0.0, 1.0, 0.0]; 3], vec![[0.0; 3]; slow], vec![[0.0, -1.0, 0.0]; 3]].concat();
+        let times: Vec<f64> = (0..40).map(|row| 0.01 * f64::from(row)).collect();
+        let standing = |slow: usize| stands(&states(slow), &times, 0.05).iter().filter(|stands| **stands).count();
+        assert_eq!([5, 10, 13, 30].map(standing), [0, 0, 13, 30]);
     }
 
     #[test]

@@ -145,8 +145,12 @@ pub struct MotionWindow {
     pub interval: [f64; 2],
     /// Of each joint, by how much of the window's weight it did not move.
     pub resting: Vec<f64>,
+    /// The same where it did not for longer than it takes to turn round ([`TURNS_ROUND`]).
+    pub standing: Vec<f64>,
 }
 
+/// A joint that is slow for longer, s, stands there, and does not turn round.
+const TURNS_ROUND: f64 = 0.1;
 /// Windows that begin in the length of one.
 const OVERLAP: f64 = 6.4;
 /// Cut-off of a window of 1 s, Hz.
@@ -188,6 +192,7 @@ pub fn motion_windows(
     }
     reader.check_dates()?;
     reader.check_columns()?;
+    recorded.spread_equal_times();
     let path = || path.to_owned();
     let Some(interval) = recorded.interval() else {
         return Err(reader.nothing_recorded());

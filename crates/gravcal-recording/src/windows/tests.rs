@@ -205,6 +205,40 @@ fn repeated_rows_are_left_out() {
     assert!((q - mean(0)).abs() < 1e-4 && (v - mean(1)).abs() < 1e-3, "{q} {} {v} {}", mean(0), mean(1));
 }
 
+/// A recorder that was late for 50 ms wrote ten rows at once, of one stamp: none is lost, and none is later than it was.
+#[test]
+fn rows_that_are_written_at_once_under_one_stamp_all_count() {
+    let late = |t: f64| if (4.0..4.05).contains(&(t % 5.0)) { t - t % 5.0 + 4.05 } else { t };
+    let found = windows_of(times(4000).map(|t| [late(t), motion(t)[0], motion(t)[1]])).unwrap();
+    assert_eq!((found.repeated, found.interruptions), (0, 0));
+    let plain = windows_of(times(4000).map(|t| [t, motion(t)[0], motion(t)[1]])).unwrap();
+    assert_eq!(found.found.len(), plain.found.len());
+    let means = |windows: &MotionWindows| -> Vec<f64> {
+        windows
+            .found
+            .iter()
+            .flat_map(|window| [window.pose.position[0], window.pose.torque[0].unwrap().value])
+            .collect()
+    };
+    let apart = means(&found).iter().zip(means(&plain)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart < 1e-2, "{apart}");
+}
+
+/// Two recordings in one file: the joint is elsewhere by a radian from one row to the next.
+#[test]
+fn a_joint_that_jumps_by_less_than_half_a_turn_is_refused_and_one_bad_row_is_not() {
+    let jumps = |from: usize, until: usize| {
+        let rows = times(2000).enumerate().map(move |(row, t)| {
+            let more = if (from..until).contains(&row) { 1.0 } else { 0.0 };
+            [t, motion(t)[0] + more, motion(t)[1]]
+        });
+        windows_of(rows).map(|found| found.found.len()).map_err(|error| error.to_string())
+    };
+    let refused = jumps(1000, 2000).unwrap_err();
+    assert!(refused.contains("row 1001") || refused.contains("1001"), "{refused}");
+    assert!(jumps(1000, 1001).is_ok());
+}
+
 #[test]
 fn no_window_goes_over_a_gap() {
     let rows = times(2000).filter(|t| !(4.0..4.5).contains(t)).map(|t| [t, motion(t)[0], 0.0]);

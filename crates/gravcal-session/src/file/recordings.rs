@@ -169,6 +169,8 @@ fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &Pos
 
 /// A joint that does not move over this share of a window's weight has friction of unknown sign there.
 const RESTS: f64 = 0.25;
+/// The same of one that stands there, and does not only turn round: any part of its friction may be left, to either side.
+const STANDS: f64 = 0.005;
 
 /// The windows of a recording under known conditions, but for those of a standstill that counts by itself. A joint with friction has no reading where it rests, or,
 /// where its friction builds up, as long as it is not known how far.
@@ -185,7 +187,7 @@ fn windows<'s>(
     let (frictional, followed) = (terms.with_friction(), terms.with_presliding());
     let unknown = move |window: &MotionWindow, joint: usize| match followed.contains(&joint) {
         true => window.pose.conditions.presliding[joint].is_none(),
-        false => window.resting[joint] > RESTS,
+        false => window.resting[joint] > RESTS || window.standing[joint] > STANDS,
     };
     let reported = move |window: &MotionWindow| {
         let mut means = window.pose.clone();
