@@ -450,3 +450,34 @@ fn a_recording_in_which_the_arm_creeps_is_doubted() {
     assert_eq!([doubts([3, 48], 12), doubts([19, 19], 0), doubts([0, 0], 0)], [[""; 0]; 3]);
     assert_eq!(doubts([0, 20], 0).len(), 1);
 }
+
+/// Two tables of the same rows: one of another load is a copy, and of the same load only rows that repeat.
+#[test]
+fn a_copy_that_is_said_to_carry_another_load_is_doubted() {
+    let told = |of_second: &str| {
+        let again = format!(
+            "[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'\n[[poses]]\nfile = 'day.csv'\nload = 'plate'\n[[poses]]\nfile = 'day.csv'\n{of_second}"
+        );
+        let doubts = read(["rad", "N·m"], ["", &again], poses(1.0, 1.0)).doubts;
+        doubts.into_iter().filter(|doubt| doubt.contains("is a copy of the other")).collect::<Vec<_>>()
+    };
+    let copied = told("load = 'plate'");
+    assert_eq!(copied.len(), 1, "{copied:?}");
+    assert!(
+        copied[0]
+            .starts_with("60 rows of day.csv, which is said to be of load plate, are those of day.csv, of no load"),
+        "{copied:?}"
+    );
+}
+
+#[test]
+fn ends_of_a_range_beyond_which_much_is_are_doubted() {
+    let told = |lowest: f64| {
+        let ends = format!("torque.lowest = {lowest}\ntorque.highest = 4095");
+        let doubts = read(["rad", "N·m"], [&ends, ""], poses(1.0, 1.0)).doubts;
+        doubts.into_iter().filter(|doubt| doubt.contains("beyond the stated ends")).collect::<Vec<_>>()
+    };
+    assert_eq!(told(-4096.0), [""; 0]);
+    let left_out = told(0.0);
+    assert!(left_out.len() == 1 && left_out[0].contains("of 60 of shoulder"), "{left_out:?}");
+}

@@ -25,7 +25,7 @@ pub(crate) use identifiability::pose_blocks::stands_alike;
 pub use measurement_set::MeasurementSet;
 pub use method::solve;
 pub(crate) use model_error::at_rest::OfReadings;
-pub(crate) use model_error::bending::is_stiffness_unsaid;
+pub(crate) use model_error::bending::{inertia_in_pose, is_stiffness_unsaid};
 pub(crate) use model_error::displaced_joints::DisplacedJoints;
 pub use order::Order;
 pub use problem::JointProblem;

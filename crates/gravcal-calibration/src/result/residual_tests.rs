@@ -102,6 +102,10 @@ pub enum ResidualTestKind {
     },
     /// Something that pulls at the last link.
     Pull,
+    /// A base that gives way under the arm: its turn under the arm's largest moment.
+    BaseGivesWay,
+    /// A clock that runs fast or slow, of an arm in motion.
+    ClockRate,
     /// Where a joint sits on the link before it: lengths are stated without a standard deviation.
     JointPlacement {
         /// The joint that the test is of: which sits elsewhere, is tilted, or (crosstalk) shows its torque in the reading; or the axis of an instrument that does.
@@ -177,6 +181,8 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::LoadPlacement { load } => write!(f, "place of load {load}"),
             ResidualTestKind::LoadDistance { load, other } => write!(f, "distance of loads {load} and {other}"),
             ResidualTestKind::Pull => f.write_str("pull"),
+            ResidualTestKind::BaseGivesWay => f.write_str("base that gives way"),
+            ResidualTestKind::ClockRate => f.write_str("clock rate"),
             ResidualTestKind::JointTilt { joint } => write!(f, "tilt of {joint}"),
             ResidualTestKind::JointPlacement { joint } => write!(f, "place of {joint}"),
             ResidualTestKind::TorqueGain { file } => write!(f, "torque gain ({file})"),

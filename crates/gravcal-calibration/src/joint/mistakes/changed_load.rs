@@ -258,6 +258,26 @@ mod tests {
         assert_eq!(what, "load plate-a still there before about line 39 of sweep-5.csv");
     }
 
+    /// A wrong label of a whole table is no change at one of its edges.
+    #[test]
+    fn a_table_that_is_said_to_carry_another_load_is_named_with_it() {
+        let named = |table: usize, said: Option<usize>| {
+            let mut session = shoulder().session(0);
+            session.poses.iter_mut().filter(|pose| pose.table == table).for_each(|pose| pose.load = said);
+            let result = estimate(&session);
+            assert_eq!(result.verdict, Verdict::Failed, "{:?}", result.notes);
+            (result.termination.clone(), result.notes[0].contains("in its [[poses]]."))
+        };
+        let [bare, loaded] = TABLES;
+        assert_eq!(
+            named(bare, Some(0)),
+            ("no load in sweep-4.csv, which is said to be of load plate-a".to_owned(), false)
+        );
+        assert_eq!(named(loaded, None), ("load plate-a in sweep-5.csv, which is said to be bare".to_owned(), true));
+        let exchanged = ("load plate-a in sweep-5.csv, which is said to be of load plate-b".to_owned(), true);
+        assert_eq!(named(loaded, Some(1)), exchanged);
+    }
+
     #[test]
     fn loads_that_are_where_they_are_said_to_be_are_not_named() {
         let [bare, loaded] = TABLES;

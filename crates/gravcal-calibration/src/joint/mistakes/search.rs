@@ -32,6 +32,8 @@ use crate::joint::variables::State;
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.7;
 const BETTER: f64 = 0.2;
+/// A mistake that leaves so large a share of the residuals is not the only one.
+const MOST_OF_IT: f64 = 0.25;
 /// How many of the most promising are solved for.
 const SOLVED: usize = 3;
 /// Arms of few joints look much alike with one axis turned round as with another mistake: that one must explain the readings so much better to be named.
@@ -208,10 +210,16 @@ impl Explanation {
             format!(" Another cause explains them about as well: {what}. {cure}")
         });
         let share = 100.0 * (self.after / self.before).sqrt();
-        let advice = format!(
-            "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \
-             were. {cure}{or}"
-        );
+        let advice = match share < 100.0 * MOST_OF_IT {
+            true => format!(
+                "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \
+                 were. {cure}{or}"
+            ),
+            false => format!(
+                "One cause may be {what}: with that mended, the residuals of all readings fall, but only to {share:.0} % of what \
+                 they were. Something else is wrong, or this is what looks most like it. {cure}{or}"
+            ),
+        };
         Mistake { what, advice }
     }
 }

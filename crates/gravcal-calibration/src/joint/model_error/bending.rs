@@ -113,9 +113,18 @@ pub(crate) fn is_stiffness_unsaid(session: &Session) -> bool {
 
 /// What gravity makes each joint carry in a pose, N·m or N; `chain`: the session's, or one that differs from it in where joints sit.
 pub(in crate::joint) fn carried_by_joints(session: &Session, chain: &Chain, state: &State, pose: usize) -> Vec<f64> {
+    let inertia = inertia_in_pose(session, state, pose);
     let pose = &session.poses[pose];
+    let coordinates = session.terms.coordinates(&pose.position, &pose.conditions, state);
+    let mut torques = vec![0.0; session.joints.len()];
+    chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
+    torques
+}
+
+/// Mass, kg, and first moment, kg·m, of each link with what it carries in a pose.
+pub(crate) fn inertia_in_pose(session: &Session, state: &State, pose: usize) -> Vec<[f64; 4]> {
     let mut inertia = state.inertia.clone();
-    if let Some(load) = pose.load {
+    if let Some(load) = session.poses[pose].load {
         let described = &session.loads[load];
         let link = &mut inertia[described.link];
         if described.is_unknown() {
@@ -127,10 +136,7 @@ pub(in crate::joint) fn carried_by_joints(session: &Session, chain: &Chain, stat
             link.iter_mut().zip([mass, x, y, z]).for_each(|(number, of_load)| *number += of_load);
         }
     }
-    let coordinates = session.terms.coordinates(&pose.position, &pose.conditions, state);
-    let mut torques = vec![0.0; session.joints.len()];
-    chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
-    torques
+    inertia
 }
 
 /// Adds the unknown of the joints that may bend, from where `start` has it.

@@ -7,8 +7,9 @@ use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Need;
 use gravcal_robot_model::session::{Pose, PriorKind, Session};
-use nalgebra::Vector3;
 
+use super::base::TurnedGravity;
+use super::clock_rate::fast_clock;
 use super::delayed;
 use super::friction_curve;
 use super::loads::{StatedLoad, stated_distances, stated_loads};
@@ -24,8 +25,6 @@ use crate::joint::{DisplacedJoints, Solved};
 pub const ALL_JOINTS: &str = "all joints";
 /// Harmonics that are looked for.
 const ORDERS: std::ops::RangeInclusive<u32> = 1..=4;
-/// Step by which the slope over a coordinate is taken, rad.
-const STEP: f64 = 1e-4;
 /// More tables are not compared: by a bias of each; by gains, gravity and zeros of encoders, which change between recordings and not between sweeps.
 const MOST_TABLES: usize = 40;
 const MOST_RECORDINGS: usize = 6;
@@ -94,6 +93,10 @@ pub enum Term {
     LoadDistance(usize),
     /// Of all channels: something that pulls at the last link, N along the axes of the base.
     Pull,
+    /// Of all channels: a base that gives way, rad under the largest moment of the arm.
+    BaseGivesWay,
+    /// Of all channels: the rate of the clock, in share of it.
+    ClockRate,
     /// Of all channels: where a joint sits on the link before it, m along the axes of that link; its number among those that can be told.
     JointPlacement(usize),
     /// Of all channels: how a joint is tilted on the link before it, rad about two axes perpendicular to its own; the link that it moves.
@@ -118,12 +121,16 @@ pub struct Columns<'a> {
     slopes: Vec<Vec<f64>>,
     /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it; empty where no tables are compared.
     turned_gravity: [Vec<f64>; 2],
+    /// What a base does that gives way.
+    leaning: Vec<Vec<f64>>,
     /// What is stated of each load.
     loads: Vec<StatedLoad>,
     /// What a metre more of each stated distance does to the whitened residuals; empty of one that is known with a standard deviation.
     distances: Vec<Vec<Vec<f64>>>,
     /// What a newton at the last link does.
     pulled: Vec<Vec<f64>>,
+    /// What a clock does that is fast by its own rate.
+    fast_clock: Vec<Vec<f64>>,
     /// Joints whose place or axis is taken as exact.
     displaced: DisplacedJoints,
     /// What a radian does about each axis of instruments whose mounting is.
@@ -171,6 +178,7 @@ impl<'a> Columns<'a> {
         }
         let mut places = vec![0; session.poses.len()];
         in_order.iter().enumerate().for_each(|(place, pose)| places[*pose] = place);
+        let turned_gravity = TurnedGravity::new(solved)?;
         let mut columns = Columns {
             session,
             solved,
@@ -178,9 +186,11 @@ impl<'a> Columns<'a> {
             readings,
             slopes,
             turned_gravity: Default::default(),
+            leaning: turned_gravity.leaning(session, solved),
             loads: stated_loads(session, solved, rows)?,
             distances: stated_distances(session, solved, rows)?,
             pulled: pulled(session, solved),
+            fast_clock: fast_clock(session, solved, rows)?,
             displaced: solved.displaced_joints(session)?,
             turned_instruments: solved.turned_instruments(session)?,
             torques,
@@ -193,7 +203,7 @@ impl<'a> Columns<'a> {
             sides: sides_by_order(session),
         };
         if (2..=MOST_RECORDINGS).contains(&columns.tables_of_all().len()) {
-            columns.turned_gravity = turned_gravity(solved)?;
+            columns.turned_gravity = turned_gravity.columns;
         }
         Ok(columns)
     }
@@ -265,9 +275,20 @@ impl<'a> Columns<'a> {
         let loads = (0..self.loads.len()).flat_map(|load| [Term::LoadMass(load), Term::LoadPlacement(load)]);
         let distances = (0..self.distances.len()).map(Term::LoadDistance);
         let pull = (!self.pulled.is_empty()).then_some(Term::Pull);
+        let base = (!self.leaning.is_empty()).then_some(Term::BaseGivesWay);
+        let clock = (!self.fast_clock.is_empty()).then_some(Term::ClockRate);
         let placements = (0..self.displaced.aside.len()).map(Term::JointPlacement);
         let tilts = self.displaced.tilted.iter().map(|tilted| Term::JointTilt(tilted.link));
-        gravity.into_iter().chain(loads).chain(distances).chain(pull).chain(placements).chain(tilts).collect()
+        gravity
+            .into_iter()
+            .chain(loads)
+            .chain(distances)
+            .chain(pull)
+            .chain(base)
+            .chain(clock)
+            .chain(placements)
+            .chain(tilts)
+            .collect()
     }
 
     /// Name of the joint that may sit elsewhere.
@@ -334,6 +355,8 @@ impl<'a> Columns<'a> {
             Term::LoadPlacement(load) => self.loads[*load].placement.clone(),
             Term::LoadDistance(distance) => self.distances[*distance].clone(),
             Term::Pull => self.pulled.clone(),
+            Term::BaseGivesWay => self.leaning.clone(),
+            Term::ClockRate => self.fast_clock.clone(),
             Term::JointPlacement(placement) => self.displaced.aside[*placement].columns.clone(),
             Term::JointTilt(link) => self.displaced.tilted[*link].columns.clone(),
             Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
@@ -616,21 +639,4 @@ fn weighted_sum(columns: &[Vec<f64>], coefficients: &[f64], rows: usize) -> Vec<
         sum.iter_mut().zip(column).for_each(|(sum, entry)| *sum += coefficient * entry);
     }
     sum
-}
-
-/// What a turn of gravity does to the whitened residuals, by differences: its size is known, and what is open of its direction has no column.
-fn turned_gravity(solved: &Solved) -> Result<[Vec<f64>; 2], EvaluateError> {
-    let (problem, block) = (&solved.built.problem, solved.built.variables.gravity);
-    let g = Vector3::from_column_slice(solved.estimate.values.get(block));
-    let across = g.cross(&Vector3::ith(g.iamin(), 1.0)).normalize();
-    let of_axis = |axis: Vector3<f64>| {
-        let at = |angle: f64| {
-            let mut values = solved.estimate.values.clone();
-            values.set(block, (g + angle * axis.cross(&g)).as_slice());
-            problem.residuals(&values)
-        };
-        let (ahead, behind) = (at(STEP)?, at(-STEP)?);
-        Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).collect())
-    };
-    Ok([of_axis(across)?, of_axis(g.cross(&across).normalize())?])
 }

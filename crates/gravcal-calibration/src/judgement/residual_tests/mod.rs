@@ -46,8 +46,10 @@
 //! **Not tested**: what has not converged, readings that enter group by group, residuals that are but the
 //! rounding of numbers, a term that the model has already, a channel with too few readings to tell its noise.
 
+mod base;
 mod bound;
 mod candidate;
+mod clock_rate;
 mod columns;
 mod delayed;
 mod drift;

@@ -4,6 +4,7 @@ use gravcal_dynamics::JointKind;
 use gravcal_recording::file_name;
 use gravcal_robot_model::parameter::ParameterId;
 
+use super::base::largest_turn;
 use super::candidate::{Candidate, Tested};
 use super::columns::Term;
 use super::friction_curve;
@@ -90,6 +91,11 @@ impl Search<'_> {
                 let [load, other] = self.session.load_distances[*distance].between.map(|load| self.load(load));
                 (ResidualTestKind::LoadDistance { load, other }, first, "m".to_owned())
             }
+            Term::BaseGivesWay => {
+                let turn = coefficients.first_chunk().map_or(0.0, |chunk| largest_turn(*chunk));
+                (ResidualTestKind::BaseGivesWay, turn, "rad".to_owned())
+            }
+            Term::ClockRate => (ResidualTestKind::ClockRate, 100.0 * first, "%".to_owned()),
             Term::Pull => (ResidualTestKind::Pull, amplitude, "N".to_owned()),
             Term::JointTilt(link) => {
                 let joint = self.session.robot.chain.movers()[*link].name.clone();

@@ -1,7 +1,7 @@
 //! What hangs on that which the session takes as exact.
 //!
 //! Lengths of the robot, directions of its axes, masses of loads and places of theirs, the strength of gravity, the stiffness of joints, mountings of instruments, position sensors that are not eccentric, zeros and gains of torque sensors that are the same in all
-//! tables, friction that is the same both ways: what is wrong of them passes for gains and offsets, so that residuals need not show it.
+//! tables, friction that is the same both ways, the rate of the clock: what is wrong of them passes for gains and offsets, so that residuals need not show it.
 //! By each `Δ` that an error of a usual size moves a number, it is off by `√(Σ Δ²)` in all.
 
 use gravcal_estimation::BlockId;
@@ -37,6 +37,10 @@ const STRONGER: f64 = 5e-4;
 const MOST_TABLES: usize = 6;
 /// By how much a cable or a hose pulls at a joint like a spring at the ends of what it moves, in what its torque readings span.
 const SPRUNG: f64 = 1e-3;
+/// By how much a base leans under the largest moment of the arm, rad.
+const LEANS: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// By what share a clock runs fast that nobody has compared.
+const FAST: f64 = 1e-3;
 /// By how many of its standard deviations that must move a number to be worth a remark.
 const REMARKABLE: f64 = 2.0;
 
@@ -49,7 +53,15 @@ struct Exact {
     /// What that does to the whitened residuals.
     columns: Vec<Vec<f64>>,
     /// Numbers that would be others themselves, not off.
-    itself: Option<SensorParameter>,
+    itself: Option<Itself>,
+}
+
+/// Numbers that would be others themselves.
+#[derive(Clone, Copy, PartialEq)]
+enum Itself {
+    /// This parameter of each joint's sensors.
+    Sensors(SensorParameter),
+    Gravity,
 }
 
 impl Search<'_> {
@@ -83,6 +95,8 @@ impl Search<'_> {
             (!included(&|kind| matches!(kind, ResidualTestKind::PositionHarmonic { .. })))
                 .then(|| self.position_sensors()),
             Some(self.friction()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::BaseGivesWay))).then(|| self.base()),
+            (!included(&|kind| matches!(kind, ResidualTestKind::ClockRate))).then(|| self.clock()),
         ];
         let mut taken = Vec::new();
         for Exact { wrong, cure, columns, itself } in exact.into_iter().flatten() {
@@ -177,12 +191,39 @@ impl Search<'_> {
 
     /// Of joints of which nothing says how they bend.
     fn stiffness(&self) -> Exact {
-        let may_bend = |joint: &usize| is_stiffness_unsaid(self.session) && !self.solved.has_bending(*joint);
+        let in_motion = self.session.has_windows();
+        let unsaid = is_stiffness_unsaid(self.session) || in_motion;
+        let may_bend = |joint: &usize| unsaid && !self.solved.has_bending(*joint);
         let joints = (0..self.session.joints.len()).filter(may_bend);
         Exact {
             wrong: format!("each joint bent by {}° under its largest torque", significant(BENDS.to_degrees(), 1)),
-            cure: "state [deflection] compliance_std_rad_per_newton_metre",
+            cure: match in_motion {
+                false => "state [deflection] compliance_std_rad_per_newton_metre",
+                true => "record standstills (readings.still), and calibrate them by themselves with [deflection]",
+            },
             columns: joints.flat_map(|joint| self.columns.bent(joint, BENDS)).collect(),
+            itself: None,
+        }
+    }
+
+    /// Alike whichever way the moment points. Gravity is told as the base sees it on the mean of the poses.
+    fn base(&self) -> Exact {
+        let leaning = self.columns.of(0, &Term::BaseGivesWay).into_iter().take(2);
+        let both = leaning.reduce(|sum, own| sum.iter().zip(&own).map(|(a, b)| a + b).collect());
+        Exact {
+            wrong: format!("the base leaned by {}° under the arm's largest moment", significant(LEANS.to_degrees(), 1)),
+            cure: "bolt it to what does not give way",
+            columns: both.into_iter().map(|column| column.iter().map(|entry| LEANS * entry).collect()).collect(),
+            itself: Some(Itself::Gravity),
+        }
+    }
+
+    /// Of an arm in motion.
+    fn clock(&self) -> Exact {
+        Exact {
+            wrong: format!("the clock ran {} % fast", significant(100.0 * FAST, 1)),
+            cure: "record the times of the controller that samples the readings",
+            columns: self.all_aside(|term| *term == Term::ClockRate, FAST),
             itself: None,
         }
     }
@@ -233,7 +274,7 @@ impl Search<'_> {
             ),
             cure: "record poses with and without load by turns, in one recording",
             columns: self.in_other_tables(&Term::Tables, |joint| SHIFTED * self.solved.readings().spreads[joint]),
-            itself: Some(SensorParameter::TorqueBias),
+            itself: Some(Itself::Sensors(SensorParameter::TorqueBias)),
         }
     }
 
@@ -276,7 +317,7 @@ impl Search<'_> {
         &self,
         judgement: &Judgement,
         columns: &[Vec<f64>],
-        itself: Option<SensorParameter>,
+        itself: Option<Itself>,
         missing: &[Vec<f64>],
     ) -> Result<Option<(String, f64)>, StatisticsError> {
         if columns.is_empty() {
@@ -293,10 +334,12 @@ impl Search<'_> {
             self.solution.problem.columns_of(block).map(times).fold(0.0, f64::max)
         };
         let variables = &self.solved.built.variables;
-        let is_itself = |id: &ParameterId| matches!(id, ParameterId::Sensor(_, own) if Some(*own) == itself);
+        let is_itself =
+            |id: &ParameterId| matches!(id, ParameterId::Sensor(_, own) if itself == Some(Itself::Sensors(*own)));
         let told = self.session.parameters().into_iter().filter(|id| judgement.determines(*id) && !is_itself(id));
         let told = told.map(|id| (self.session.parameter_name(id), off(variables.block(id))));
-        let gravity = judgement.determines(Asked::Gravity).then(|| ("gravity".to_owned(), off(variables.gravity)));
+        let gravity = judgement.determines(Asked::Gravity) && itself != Some(Itself::Gravity);
+        let gravity = gravity.then(|| ("gravity".to_owned(), off(variables.gravity)));
         let most = told.chain(gravity).max_by(|a, b| a.1.total_cmp(&b.1));
         Ok(most.filter(|(_, times)| *times > REMARKABLE && times.is_finite()))
     }

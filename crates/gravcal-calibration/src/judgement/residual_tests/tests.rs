@@ -4,7 +4,9 @@ use gravcal_dynamics::{Chain, Transform};
 use gravcal_estimation::Loss;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Options;
-use gravcal_robot_model::session::{Deflection, Pose, PriorKind, Session, UncertaintyChoice, UnexplainedError};
+use gravcal_robot_model::session::{
+    Deflection, ParameterPrior, Pose, PriorKind, Session, UncertaintyChoice, UnexplainedError,
+};
 use gravcal_session::simulation::Simulation;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -505,6 +507,40 @@ fn a_spring_at_a_joint_is_named_with_its_torque_and_intervals_include_it() {
     assert!(note.contains("stiffness * position + bend * position^2"), "{note}");
     for (name, error) in errors(&session, &simulation, &result) {
         assert!(error.abs() < 4.0, "{name} is {error} standard deviations off");
+    }
+}
+
+/// A zero that is fixed wrongly turns a link, as if the next joint sat elsewhere: one wrong number is named and not the robot.
+#[test]
+fn what_is_stated_wrongly_of_a_sensor_is_named_with_how_much_it_is_off() {
+    let simulation = shoulder();
+    let stated = |parameter: SensorParameter, off: f64, kind: PriorKind| {
+        let mut session = simulation.session(0);
+        let nominal = simulation.truth.sensors[1][parameter as usize] + off;
+        session.joints[1].parameters[parameter as usize] = ParameterPrior { nominal, kind };
+        let result = estimate(&session);
+        let tests: Vec<ResidualTest> = named(&result).into_iter().cloned().collect();
+        (tests, result.notes.join(" "))
+    };
+    let gain = simulation.truth.sensors[1][SensorParameter::TorqueGain as usize];
+    for (parameter, off) in [
+        (SensorParameter::PositionOffset, 0.02),
+        (SensorParameter::PositionGain, 3e-4),
+        (SensorParameter::TorqueBias, 10.0 * NOISE),
+        (SensorParameter::TorqueGain, 0.02 * gain),
+    ] {
+        for kind in [PriorKind::Fixed, PriorKind::Gaussian { std: 0.01 * off }] {
+            let (tests, notes) = stated(parameter, off, kind);
+            let name = parameter.name("joint2");
+            assert_eq!(tests[0].kind, ResidualTestKind::StatedSensor { parameter: name.clone() }, "{tests:?}");
+            assert!(tests[0].spoils_intervals && (tests[0].size / -off - 1.0).abs() < 0.3, "{tests:?}");
+            assert!(
+                notes.contains(&format!("{name} is not what the session states")) && notes.contains("less"),
+                "{notes}"
+            );
+        }
+        let (right, _) = stated(parameter, 0.0, PriorKind::Fixed);
+        assert!(right.is_empty(), "{right:?}");
     }
 }
 

@@ -324,6 +324,21 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residuals of all joints look as if something pulled at the last link, by {size} {unit}."),
             "A hose, a cable or an air line does so: take it off, or let it hang so that it does not pull, and record all again.".into(),
         ),
+        ResidualTestKind::BaseGivesWay => (
+            format!(
+                "The residuals of all joints look as if the base gave way under the arm, by up to {}°.",
+                significant(test.size.abs().to_degrees(), 2)
+            ),
+            "Bolt it to a floor or table that does not, and record all again. Gravity is told as the base sees it on the mean of the poses.".into(),
+        ),
+        ResidualTestKind::ClockRate => (
+            format!(
+                "The residuals of all joints look as if the clock ran {}, by {} {unit}: torques of inertia are off by twice that.",
+                if test.size > 0.0 { "fast" } else { "slow" },
+                significant(test.size.abs(), 2)
+            ),
+            "Times must be seconds of the controller that sampled the readings, not numbers of rows at a rate that is written down.".into(),
+        ),
         ResidualTestKind::FrictionCurve { speed } => of_friction_curve(session, test, *speed),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),

@@ -9,12 +9,37 @@ use crate::session::{Pose, ReadingId, Session};
 const LEAST: usize = 10;
 /// Two equal readings of many digits may be chance, where torques hardly change.
 const EQUAL: usize = 3;
+/// Hardly any arm keeps a sensor at its end in a larger part of the poses.
+const MANY: f64 = 0.2;
 /// As many times as often as any reading within: of a cosine in steps the last one is 2.4 times as frequent as the next.
 const OFTENER: usize = 4;
 
 /// One sentence for each.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
-    (0..session.channel_count()).flat_map(|channel| of_channel(session, channel)).collect()
+    let of_channels = (0..session.channel_count()).flat_map(|channel| of_channel(session, channel));
+    of_channels.chain(mostly_left_out(session)).collect()
+}
+
+/// Joints of which so large a part is beyond the stated ends of the range that these can hardly be the sensor's.
+fn mostly_left_out(session: &Session) -> Option<String> {
+    let named: Vec<String> = session
+        .saturated
+        .iter()
+        .zip(session.robot.chain.joints())
+        .enumerate()
+        .filter_map(|(joint, (saturated, described))| {
+            let read = session.poses.iter().filter(|pose| pose.torque.get(joint).is_some_and(Option::is_some)).count();
+            let all = read + saturated;
+            (*saturated as f64 > MANY * all as f64).then(|| format!("{} of {all} of {}", saturated, described.name))
+        })
+        .collect();
+    (!named.is_empty()).then(|| {
+        format!(
+            "Many torque readings are beyond the stated ends of the sensors' range, and left out: {}. Are lowest and highest in [readings] torque right, \
+             and in the unit of the readings?",
+            named.join(", ")
+        )
+    })
 }
 
 fn of_channel(session: &Session, channel: usize) -> Vec<String> {

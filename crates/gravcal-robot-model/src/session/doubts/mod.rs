@@ -4,6 +4,7 @@
 
 mod clipped;
 mod columns;
+mod copies;
 mod far_away;
 mod motion;
 mod names;
@@ -30,6 +31,7 @@ impl Session {
             .chain(units)
             .chain(stuck::doubts(self))
             .chain(clipped::doubts(self))
+            .chain(copies::doubts(self))
             .chain(motion::doubts(self))
             .chain(recordings::doubts(self))
             .collect()

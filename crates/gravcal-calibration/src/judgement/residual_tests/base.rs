@@ -1,0 +1,100 @@
+//! A base that gives way under the arm.
+//!
+//! The weight of the arm and its load turns the base by `δ`, which the base sees as gravity that is turned back:
+//!
+//! ```text
+//!     δ = C m,     m = c × g,     g → g − δ × g          c: the first moment of all that hangs on the base, kg·m; C: symmetric, rad/(N·m)
+//! ```
+//!
+//! `m` and what is felt of `δ` are perpendicular to gravity. What is the same in all poses is a part of gravity.
+
+use std::array::from_fn;
+
+use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::session::Session;
+use nalgebra::Vector3;
+
+use crate::joint::{Solved, State, inertia_in_pose};
+
+/// Step by which gravity is turned, rad.
+const STEP: f64 = 1e-4;
+
+/// What turns of gravity do to the whitened residuals.
+pub struct TurnedGravity {
+    /// For each radian about two axes perpendicular to it.
+    pub columns: [Vec<f64>; 2],
+    axes: [Vector3<f64>; 2],
+}
+
+impl TurnedGravity {
+    /// By differences: its size is known, and what is open of its direction has no column.
+    pub fn new(solved: &Solved) -> Result<TurnedGravity, EvaluateError> {
+        let (problem, block) = (&solved.built.problem, solved.built.variables.gravity);
+        let g = Vector3::from_column_slice(solved.estimate.values.get(block));
+        let across = g.cross(&Vector3::ith(g.iamin(), 1.0)).normalize();
+        let axes = [across, g.cross(&across).normalize()];
+        let of_axis = |axis: Vector3<f64>| {
+            let at = |angle: f64| {
+                let mut values = solved.estimate.values.clone();
+                values.set(block, (g + angle * axis.cross(&g)).as_slice());
+                problem.residuals(&values)
+            };
+            let (ahead, behind) = (at(STEP)?, at(-STEP)?);
+            Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).collect())
+        };
+        Ok(TurnedGravity { columns: [of_axis(axes[0])?, of_axis(axes[1])?], axes })
+    }
+
+    /// What a base does to the whitened residuals that turns by a radian under the largest moment of the arm: the entries `xx`, `yy` and `xy` of `C` along the
+    /// two axes; nothing where the moment is the same in all poses.
+    pub fn leaning(&self, session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
+        let state = solved.state(&State::nominal(session));
+        let moments: Vec<[f64; 2]> = (0..session.poses.len()).map(|pose| self.moment(session, &state, pose)).collect();
+        let largest = moments.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f64::max);
+        if largest == 0.0 {
+            return Vec::new();
+        }
+        let mut columns = vec![vec![0.0; self.columns[0].len()]; 3];
+        for (row, id) in solved.built.rows.iter().enumerate() {
+            let ([x, y], [by_x, by_y]) =
+                (moments[id.pose].map(|m| m / largest), self.columns.each_ref().map(|c| -c[row]));
+            [columns[0][row], columns[1][row], columns[2][row]] = [by_x * x, by_y * y, by_x * y + by_y * x];
+        }
+        columns
+    }
+
+    /// About the base's origin and along the axes, N·m.
+    fn moment(&self, session: &Session, state: &State, pose: usize) -> [f64; 2] {
+        let own = &session.poses[pose];
+        let coordinates = session.terms.coordinates(&own.position, &own.conditions, state);
+        let frames = session.robot.chain.forward(&coordinates);
+        let bodies = inertia_in_pose(session, state, pose);
+        let first_moment: Vector3<f64> = frames
+            .iter()
+            .zip(&bodies)
+            .map(|(frame, [mass, moment @ ..])| {
+                *mass * Vector3::from(frame.translation()) + Vector3::from(frame.rotate_vector(*moment))
+            })
+            .sum();
+        let moment = first_moment.cross(&Vector3::from(state.gravity));
+        from_fn(|axis| self.axes[axis].dot(&moment))
+    }
+}
+
+/// The largest turn under the largest moment, rad: the eigenvalue of `C` that is larger in size.
+pub fn largest_turn([xx, yy, xy]: [f64; 3]) -> f64 {
+    let (mean, apart) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+    if mean < 0.0 { mean - apart } else { mean + apart }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_turn_is_the_larger_eigenvalue() {
+        assert!((largest_turn([3.0, 1.0, 0.0]) - 3.0).abs() < 1e-12);
+        assert!((largest_turn([-1.0, -1.0, 2.0]) + 3.0).abs() < 1e-12);
+        assert!((largest_turn([0.0, 0.0, 1.0]) - 1.0).abs() < 1e-12);
+    }
+}
