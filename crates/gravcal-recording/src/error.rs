@@ -307,6 +307,18 @@ pub enum ReadError {
         /// By how many turns.
         turns: f64,
     },
+    /// No row of a recording is in the part of it that counts.
+    #[error("{}: it lasts {lasts:.3} s, and {}", path.display(), outside(*from, *until))]
+    NothingInPart {
+        /// The file.
+        path: PathBuf,
+        /// First moment of the part, s after the first row.
+        from: Option<f64>,
+        /// Last moment of it.
+        until: Option<f64>,
+        /// How long the recording is, s.
+        lasts: f64,
+    },
     /// Samples are too rare for windows of an arm in motion.
     #[error(
         "{}: {clock}, too seldom for windows of {length} s; {}",
@@ -484,6 +496,14 @@ fn faster_or_longer(rate: f64, least: f64) -> String {
         rate.ceil(),
         (1e2 * least).ceil() / 1e2
     )
+}
+
+/// What of a recording is asked for.
+fn outside(from: Option<f64>, until: Option<f64>) -> String {
+    let from = from.map(|from| format!("from_s = {from}"));
+    let until = until.map(|until| format!("until_s = {until}"));
+    let asked: Vec<String> = from.into_iter().chain(until).collect();
+    format!("no row of it is in the part that counts ({}): both are seconds after its first row", asked.join(", "))
 }
 
 /// What is wrong with the unit of a clock.

@@ -88,18 +88,26 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
     }
 }
 
-/// Of what is taken as exact so many are told at once; all stand among the notes, with what to do.
+/// So many are told at once; all stand among the notes, with what to do.
 const MOST: usize = 4;
 
-/// Of what the session takes as exact those on which numbers hang most.
+/// Of what the session takes as exact that on which each quantity hangs most.
 fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
     let mut taken: Vec<&TakenAsExact> = result.taken_as_exact.iter().collect();
     taken.sort_by(|a, b| b.off_in_std.total_cmp(&a.off_in_std));
     let off = |taken: &&TakenAsExact| {
         format!("{} by {}, if {}", taken.parameter, significant(taken.off_in_std, 2), taken.wrong)
     };
-    let most: Vec<String> = taken.iter().take(MOST).map(off).collect();
-    let more = taken.len().saturating_sub(MOST);
+    // One of each quantity says more than three of the gains.
+    let quantity = |taken: &TakenAsExact| split_name(&taken.parameter).1.to_owned();
+    let mut told: Vec<&TakenAsExact> = Vec::new();
+    for own in &taken {
+        if told.iter().all(|other| quantity(other) != quantity(own)) {
+            told.push(own);
+        }
+    }
+    let most: Vec<String> = told.iter().take(MOST).map(off).collect();
+    let more = taken.len() - most.len();
     let more = if more > 0 { format!("; and {more} more") } else { String::new() };
     (!most.is_empty()).then(|| {
         format!(
@@ -335,18 +343,26 @@ mod tests {
             off_in_std,
             cure: "state it".into(),
         };
-        let taken_as_exact = [3.0, 18.2, 4.0, 5.0, 2.5]
-            .into_iter()
-            .zip(["a", "b", "c", "d", "e"])
-            .map(|(off, joint)| exact(&format!("{joint}.torque_gain"), off))
-            .collect();
+        let taken_as_exact = vec![
+            exact("a.torque_gain", 3.0),
+            exact("b.torque_gain", 18.2),
+            exact("gravity", 4.0),
+            exact("a.position_offset", 5.0),
+            exact("a.torque_bias", 2.5),
+        ];
         let advice = Advice::of(&EstimatorResult { taken_as_exact, ..with(Vec::new()) }, FILE);
-        let off = |joint: &str, times: &str| format!("{joint}.torque_gain by {times}, if each joint were 1 mm aside");
-        let told = [off("b", "18"), off("d", "5.0"), off("c", "4.0"), off("a", "3.0")].join("; ");
+        let off = |parameter: &str, times: &str| format!("{parameter} by {times}, if each joint were 1 mm aside");
+        let told = [
+            off("b.torque_gain", "18"),
+            off("a.position_offset", "5.0"),
+            off("gravity", "4.0"),
+            off("a.torque_bias", "2.5"),
+        ];
         assert_eq!(
             advice.steps[0],
             format!(
-                "Ask what the intervals hang on. A number would be off by so many of its standard deviations: {told}; and 1 more. --full tells what to do."
+                "Ask what the intervals hang on. A number would be off by so many of its standard deviations: {}; and 1 more. --full tells what to do.",
+                told.join("; ")
             )
         );
     }

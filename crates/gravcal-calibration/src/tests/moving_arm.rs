@@ -150,6 +150,8 @@ struct Recording {
     warms: f64,
     /// Whether nothing is rounded by noise.
     exact: bool,
+    /// By which share the clock runs fast.
+    fast: f64,
 }
 
 /// How far along its way an arm is that stops, the speed along it and the acceleration, s, 1, 1/s.
@@ -171,7 +173,7 @@ impl Recording {
 }
 
 fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
-    let Recording { seed, stops, lag, filter, rotors, load_friction, more_at_first, warms, exact } = recording;
+    let Recording { seed, stops, lag, filter, rotors, load_friction, more_at_first, warms, exact, fast } = recording;
     let mut random = Pcg64::seed_from_u64(1000 * seed + u64::from(loaded));
     let mut rows: Vec<[f64; 7]> = Vec::new();
     let (parameters, mut dynamics) = (bodies(chain, loaded), InverseDynamics::new(chain));
@@ -204,7 +206,7 @@ fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
                 + noise(NOISE)
         });
         let ([q1, q2, q3], [tau1, tau2, tau3]) = (positions, torques);
-        rows.push([t, q1, q2, q3, tau1, tau2, tau3]);
+        rows.push([(1.0 + fast) * t, q1, q2, q3, tau1, tau2, tau3]);
     }
     if let Some(cut_off) = filter {
         (4..7).for_each(|column| smooth(&mut rows, column, cut_off));
@@ -448,6 +450,21 @@ fn friction_that_falls_as_a_joint_warms_up_is_named_with_its_size() {
         result.notes
     );
     assert!(errors(&result).iter().all(|error| error.abs() < 4.0), "{:?}", errors(&result));
+}
+
+#[test]
+fn a_clock_that_runs_fast_or_slow_is_named_with_its_rate() {
+    for fast in [0.02, -0.02] {
+        let folder = tempfile::tempdir().unwrap();
+        let recording = Recording { seed: 1, fast, ..Recording::default() };
+        let result = estimated(&recorded(folder.path(), recording, SESSION));
+        let named = |test: &&ResidualTest| test.named && test.kind == ResidualTestKind::ClockRate;
+        let first = result.residual_tests.iter().find(named).unwrap_or_else(|| panic!("{:?}", result.notes));
+        assert!((first.size / (100.0 * fast) - 1.0).abs() < 0.3 && first.unit == "%", "{first:?}");
+        assert!(first.spoils_intervals, "{first:?}");
+        let word = if fast > 0.0 { "ran fast" } else { "ran slow" };
+        assert!(result.notes.iter().any(|note| note.contains(word)), "{:?}", result.notes);
+    }
 }
 
 /// What curves through positions leave is no error of a model.

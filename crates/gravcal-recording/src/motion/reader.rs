@@ -37,6 +37,9 @@ pub(crate) struct Reader<'a> {
     pub values: Vec<f64>,
     /// Time of the first row, s.
     begun: Option<f64>,
+    /// The longest time since then, s, and whether any row was in the part that counts.
+    lasts: f64,
+    any: bool,
     steps: ClockSteps,
     /// The slowest channel that must stand, and the time from sample to sample of it, s, as the first samples tell it.
     slowest: Option<(usize, f64)>,
@@ -59,6 +62,8 @@ impl<'a> Reader<'a> {
             part,
             values,
             begun: None,
+            lasts: 0.0,
+            any: false,
             steps: ClockSteps::default(),
             slowest: None,
             without_time: 0,
@@ -79,11 +84,13 @@ impl<'a> Reader<'a> {
                 continue;
             }
             let since = time - *self.begun.get_or_insert(time);
+            self.lasts = self.lasts.max(since);
             // A row of another topic, which says nothing of what stands and moves, may have a clock of its own.
             if self.values[..self.channels.tested()].iter().all(|value| value.is_nan()) {
                 continue;
             }
             if self.part.holds(since) {
+                self.any = true;
                 self.steps.take(time, !self.values[0].is_nan());
                 self.alternation.take(&self.values);
                 self.wraps.take(&self.values[..self.channels.joints]);
@@ -128,6 +135,10 @@ impl<'a> Reader<'a> {
 
     /// No two rows have readings and different times.
     pub fn nothing_recorded(&self) -> ReadError {
+        if self.begun.is_some() && !self.any {
+            let Part { from, until } = self.part;
+            return ReadError::NothingInPart { path: self.path.to_owned(), from, until, lasts: self.lasts };
+        }
         ReadError::NothingRecorded { path: self.path.to_owned(), column: self.channels.clock().to_owned() }
     }
 

@@ -240,6 +240,14 @@ fn a_joint_that_jumps_by_less_than_half_a_turn_is_refused_and_one_bad_row_is_not
 }
 
 #[test]
+fn a_part_beyond_the_end_is_refused_with_how_long_the_recording_is() {
+    let beyond = WindowRule { part: Part { from: Some(1e6), until: None }, ..rule() };
+    let refused = windows_by(&beyond, times(401).map(|t| [t, motion(t)[0], 0.0])).unwrap_err().to_string();
+    let lasts = format!("it lasts {:.3} s", 400.0 / RATE);
+    assert!(refused.contains(&lasts) && refused.contains("from_s = 1000000"), "{refused}");
+}
+
+#[test]
 fn no_window_goes_over_a_gap() {
     let rows = times(2000).filter(|t| !(4.0..4.5).contains(t)).map(|t| [t, motion(t)[0], 0.0]);
     let found = windows_of(rows).unwrap();

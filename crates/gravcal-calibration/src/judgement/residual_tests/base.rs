@@ -3,10 +3,11 @@
 //! The weight of the arm and its load turns the base by `δ`, which the base sees as gravity that is turned back:
 //!
 //! ```text
-//!     δ = C m,     m = c × g,     g → g − δ × g          c: the first moment of all that hangs on the base, kg·m; C: symmetric, rad/(N·m)
+//!     δ = C m,     m = c × g,     g → g − δ × g          c: the first moment of all that hangs on the base, kg·m; C: rad/(N·m)
 //! ```
 //!
-//! `m` and what is felt of `δ` are perpendicular to gravity. What is the same in all poses is a part of gravity.
+//! `m` and what is felt of `δ` are perpendicular to gravity. What is the same in all poses is a part of gravity. One number `C` is looked for, alike whichever
+//! way the moment points: where errors of neighbours are alike, few blocks tell of more than one.
 
 use std::array::from_fn;
 
@@ -45,8 +46,7 @@ impl TurnedGravity {
         Ok(TurnedGravity { columns: [of_axis(axes[0])?, of_axis(axes[1])?], axes })
     }
 
-    /// What a base does to the whitened residuals that turns by a radian under the largest moment of the arm: the entries `xx`, `yy` and `xy` of `C` along the
-    /// two axes; nothing where the moment is the same in all poses.
+    /// What a base does to the whitened residuals that turns by a radian under the largest moment of the arm; nothing where there is no moment.
     pub fn leaning(&self, session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
         let state = solved.state(&State::nominal(session));
         let moments: Vec<[f64; 2]> = (0..session.poses.len()).map(|pose| self.moment(session, &state, pose)).collect();
@@ -54,13 +54,12 @@ impl TurnedGravity {
         if largest == 0.0 {
             return Vec::new();
         }
-        let mut columns = vec![vec![0.0; self.columns[0].len()]; 3];
+        let mut column = vec![0.0; self.columns[0].len()];
         for (row, id) in solved.built.rows.iter().enumerate() {
-            let ([x, y], [by_x, by_y]) =
-                (moments[id.pose].map(|m| m / largest), self.columns.each_ref().map(|c| -c[row]));
-            [columns[0][row], columns[1][row], columns[2][row]] = [by_x * x, by_y * y, by_x * y + by_y * x];
+            let [x, y] = moments[id.pose];
+            column[row] = -(self.columns[0][row] * x + self.columns[1][row] * y) / largest;
         }
-        columns
+        vec![column]
     }
 
     /// About the base's origin and along the axes, N·m.
@@ -78,23 +77,5 @@ impl TurnedGravity {
             .sum();
         let moment = first_moment.cross(&Vector3::from(state.gravity));
         from_fn(|axis| self.axes[axis].dot(&moment))
-    }
-}
-
-/// The largest turn under the largest moment, rad: the eigenvalue of `C` that is larger in size.
-pub fn largest_turn([xx, yy, xy]: [f64; 3]) -> f64 {
-    let (mean, apart) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
-    if mean < 0.0 { mean - apart } else { mean + apart }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_largest_turn_is_the_larger_eigenvalue() {
-        assert!((largest_turn([3.0, 1.0, 0.0]) - 3.0).abs() < 1e-12);
-        assert!((largest_turn([-1.0, -1.0, 2.0]) + 3.0).abs() < 1e-12);
-        assert!((largest_turn([0.0, 0.0, 1.0]) - 1.0).abs() < 1e-12);
     }
 }

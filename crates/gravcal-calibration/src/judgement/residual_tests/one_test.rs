@@ -4,7 +4,6 @@ use gravcal_dynamics::JointKind;
 use gravcal_recording::file_name;
 use gravcal_robot_model::parameter::ParameterId;
 
-use super::base::largest_turn;
 use super::candidate::{Candidate, Tested};
 use super::columns::Term;
 use super::friction_curve;
@@ -91,10 +90,7 @@ impl Search<'_> {
                 let [load, other] = self.session.load_distances[*distance].between.map(|load| self.load(load));
                 (ResidualTestKind::LoadDistance { load, other }, first, "m".to_owned())
             }
-            Term::BaseGivesWay => {
-                let turn = coefficients.first_chunk().map_or(0.0, |chunk| largest_turn(*chunk));
-                (ResidualTestKind::BaseGivesWay, turn, "rad".to_owned())
-            }
+            Term::BaseGivesWay => (ResidualTestKind::BaseGivesWay, first, "rad".to_owned()),
             Term::ClockRate => (ResidualTestKind::ClockRate, 100.0 * first, "%".to_owned()),
             Term::Pull => (ResidualTestKind::Pull, amplitude, "N".to_owned()),
             Term::JointTilt(link) => {

@@ -208,12 +208,10 @@ impl Search<'_> {
 
     /// Alike whichever way the moment points. Gravity is told as the base sees it on the mean of the poses.
     fn base(&self) -> Exact {
-        let leaning = self.columns.of(0, &Term::BaseGivesWay).into_iter().take(2);
-        let both = leaning.reduce(|sum, own| sum.iter().zip(&own).map(|(a, b)| a + b).collect());
         Exact {
             wrong: format!("the base leaned by {}° under the arm's largest moment", significant(LEANS.to_degrees(), 1)),
             cure: "bolt it to what does not give way",
-            columns: both.into_iter().map(|column| column.iter().map(|entry| LEANS * entry).collect()).collect(),
+            columns: self.all_aside(|term| *term == Term::BaseGivesWay, LEANS),
             itself: Some(Itself::Gravity),
         }
     }

@@ -8,6 +8,7 @@ use gravcal_robot_model::session::{
     Deflection, ParameterPrior, Pose, PriorKind, Session, UncertaintyChoice, UnexplainedError,
 };
 use gravcal_session::simulation::Simulation;
+use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -508,6 +509,51 @@ fn a_spring_at_a_joint_is_named_with_its_torque_and_intervals_include_it() {
     for (name, error) in errors(&session, &simulation, &result) {
         assert!(error.abs() < 4.0, "{name} is {error} standard deviations off");
     }
+}
+
+/// The base turns by so much for each N·m of the moment of all that hangs on it.
+#[test]
+fn a_base_that_gives_way_under_the_arm_is_named_with_its_turn() {
+    let simulation = sarcos_shoulder();
+    let truth = &simulation.truth;
+    let mut session = simulation.session(0);
+    let (chain, g) = (session.robot.chain.clone(), Vector3::from(truth.gravity));
+    let compliance = 2e-4;
+    let mut largest: f64 = 0.0;
+    for pose in &mut session.poses {
+        let sensor = |joint: usize, parameter: SensorParameter| truth.sensors[joint][parameter as usize];
+        let coordinate = |(joint, reading): (usize, &f64)| {
+            sensor(joint, SensorParameter::PositionGain) * reading + sensor(joint, SensorParameter::PositionOffset)
+        };
+        let coordinates: Vec<f64> = pose.position.iter().enumerate().map(coordinate).collect();
+        let mut bodies = truth.inertia.clone();
+        if let Some(load) = pose.load {
+            let (mass, [x, y, z]) = (simulation.template.loads[load].mass, truth.loads[load]);
+            let link = &mut bodies[simulation.template.loads[load].link];
+            link.iter_mut().zip([mass, mass * x, mass * y, mass * z]).for_each(|(own, of_load)| *own += of_load);
+        }
+        let of_body = |(frame, [mass, x, y, z]): (&Transform, &[f64; 4])| {
+            *mass * Vector3::from(frame.translation()) + Vector3::from(frame.rotate_vector([*x, *y, *z]))
+        };
+        let first_moment: Vector3<f64> = chain.forward(&coordinates).iter().zip(&bodies).map(of_body).sum();
+        let turn = compliance * first_moment.cross(&g);
+        largest = largest.max(turn.norm());
+        let torques = |gravity: Vector3<f64>| {
+            let mut torques = vec![0.0; 3];
+            chain.gravity_torque(&coordinates, gravity.into(), bodies.as_flattened(), &mut torques);
+            torques
+        };
+        let (leaning, upright) = (torques(g - turn.cross(&g)), torques(g));
+        for (joint, reading) in pose.torque.iter_mut().enumerate() {
+            let added = sensor(joint, SensorParameter::TorqueGain) * (leaning[joint] - upright[joint]);
+            reading.iter_mut().for_each(|reading| reading.value += added);
+        }
+    }
+    let result = estimate(&session);
+    let first = named(&result)[0];
+    assert!(first.kind == ResidualTestKind::BaseGivesWay && first.unit == "rad", "{:?}", named(&result));
+    assert!(first.spoils_intervals && (first.size / largest - 1.0).abs() < 0.4, "{first:?} {largest}");
+    assert!(result.notes.iter().any(|note| note.contains("as if the base gave way")), "{:?}", result.notes);
 }
 
 /// A zero that is fixed wrongly turns a link, as if the next joint sat elsewhere: one wrong number is named and not the robot.
