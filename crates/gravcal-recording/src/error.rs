@@ -309,7 +309,7 @@ pub enum ReadError {
     },
     /// No row of a recording is in the part of it that counts.
     #[error("{}: it lasts {lasts:.3} s, and {}", path.display(), outside(*from, *until))]
-    NothingInPart {
+    NoRowInPart {
         /// The file.
         path: PathBuf,
         /// First moment of the part, s after the first row.

@@ -3,7 +3,7 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_recording::{Standstill, Standstills, StaticPose};
-use gravcal_robot_model::session::{Searched, Session};
+use gravcal_robot_model::session::{Pose, PoseTable, Searched, Session};
 
 use crate::read_session;
 
@@ -451,33 +451,35 @@ fn a_recording_in_which_the_arm_creeps_is_doubted() {
     assert_eq!(doubts([0, 20], 0).len(), 1);
 }
 
-/// Two tables of the same rows: one of another load is a copy, and of the same load only rows that repeat.
+/// Two tables of the same rows: one of another load is a copy, one of the same load only repeats.
 #[test]
 fn a_copy_that_is_said_to_carry_another_load_is_doubted() {
-    let told = |of_second: &str| {
-        let again = format!(
-            "[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'\n[[poses]]\nfile = 'day.csv'\nload = 'plate'\n[[poses]]\nfile = 'day.csv'\n{of_second}"
-        );
-        let doubts = read(["rad", "N·m"], ["", &again], poses(1.0, 1.0)).doubts;
-        doubts.into_iter().filter(|doubt| doubt.contains("is a copy of the other")).collect::<Vec<_>>()
+    let load = "[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'";
+    let session = read(["rad", "N·m"], ["", load], poses(1.0, 1.0));
+    let told = |load: Option<usize>| {
+        let mut session = session.clone();
+        session.tables.push(PoseTable { path: "copy.csv".into(), load, swept: None, step: None });
+        let again: Vec<Pose> = session.poses.iter().map(|pose| Pose { table: 1, load, ..pose.clone() }).collect();
+        session.poses.extend(again);
+        let doubts = session.find_doubts().into_iter();
+        doubts.filter(|doubt| doubt.contains("is a copy of the other")).collect::<Vec<_>>()
     };
-    let copied = told("load = 'plate'");
-    assert_eq!(copied.len(), 1, "{copied:?}");
-    assert!(
-        copied[0]
-            .starts_with("60 rows of day.csv, which is said to be of load plate, are those of day.csv, of no load"),
-        "{copied:?}"
-    );
+    assert_eq!(told(None), [""; 0]);
+    let copied = told(Some(0));
+    let expected =
+        "60 rows of copy.csv, which is said to be of load plate, are those of day.csv, of no load, in every number";
+    assert!(copied.len() == 1 && copied[0].starts_with(expected), "{copied:?}");
 }
 
 #[test]
 fn ends_of_a_range_beyond_which_much_is_are_doubted() {
-    let told = |lowest: f64| {
-        let ends = format!("torque.lowest = {lowest}\ntorque.highest = 4095");
-        let doubts = read(["rad", "N·m"], [&ends, ""], poses(1.0, 1.0)).doubts;
-        doubts.into_iter().filter(|doubt| doubt.contains("beyond the stated ends")).collect::<Vec<_>>()
+    let told = |lowest: &str| {
+        let ends = format!("unit = 'N·m', lowest = {lowest}, highest = 4095 }}");
+        let session = read_with(["unit = 'N·m' }", &ends], ["rad", "N·m"], ["", ""], poses(1.0, 1.0));
+        let doubts = session.doubts.into_iter();
+        doubts.filter(|doubt| doubt.contains("beyond the stated ends")).collect::<Vec<_>>()
     };
-    assert_eq!(told(-4096.0), [""; 0]);
-    let left_out = told(0.0);
+    assert_eq!(told("-4096"), [""; 0]);
+    let left_out = told("0");
     assert!(left_out.len() == 1 && left_out[0].contains("of 60 of shoulder"), "{left_out:?}");
 }

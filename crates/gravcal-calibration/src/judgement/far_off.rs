@@ -26,8 +26,6 @@ const ONE_FACTOR: f64 = 0.2;
 const BEYOND_SCATTER: f64 = 3.0;
 /// Sensors that read the torque itself, all off by one factor beyond this: rather the load's mass is, than all of them alike.
 const FAR_TOGETHER: f64 = 1.3;
-/// The same of sensors with a unit of their own, whose nominal gains are known more roughly: a mass in pounds makes 2.2.
-const ROUGHLY_FAR_TOGETHER: f64 = 1.8;
 
 /// What the values of the estimator that decides make doubtful of the session, in sentences; see [`Session::doubts`] for what is doubtful
 /// before anything is solved.
@@ -56,8 +54,8 @@ fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
             let reported = Reported::of(session, parameters, joint, SensorParameter::TorqueGain)?;
             let [one, other] = [0, 1].map(|end| reported.interval[end] / reported.nominal);
             let far = one.min(other) > FAR || one.max(other) < 1.0 / FAR;
-            let beyond = if reads_torque(session, joint) { FAR_TOGETHER } else { ROUGHLY_FAR_TOGETHER };
-            let together = one.min(other) > beyond || one.max(other) < 1.0 / beyond;
+            let together =
+                reads_torque(session, joint) && (one.min(other) > FAR_TOGETHER || one.max(other) < 1.0 / FAR_TOGETHER);
             let alike = reported.value * reported.nominal > 0.0;
             Some(Gain {
                 joint,

@@ -137,7 +137,7 @@ impl<'a> Reader<'a> {
     pub fn nothing_recorded(&self) -> ReadError {
         if self.begun.is_some() && !self.any {
             let Part { from, until } = self.part;
-            return ReadError::NothingInPart { path: self.path.to_owned(), from, until, lasts: self.lasts };
+            return ReadError::NoRowInPart { path: self.path.to_owned(), from, until, lasts: self.lasts };
         }
         ReadError::NothingRecorded { path: self.path.to_owned(), column: self.channels.clock().to_owned() }
     }

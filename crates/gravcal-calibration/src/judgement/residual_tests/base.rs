@@ -28,8 +28,9 @@ pub struct TurnedGravity {
 }
 
 impl TurnedGravity {
-    /// By differences: its size is known, and what is open of its direction has no column.
-    pub fn new(solved: &Solved) -> Result<TurnedGravity, EvaluateError> {
+    /// By differences: its size is known, and what is open of its direction has no column. `rows`: of the problem that is judged, whose first ones are the
+    /// readings.
+    pub fn new(solved: &Solved, rows: usize) -> Result<TurnedGravity, EvaluateError> {
         let (problem, block) = (&solved.built.problem, solved.built.variables.gravity);
         let g = Vector3::from_column_slice(solved.estimate.values.get(block));
         let across = g.cross(&Vector3::ith(g.iamin(), 1.0)).normalize();
@@ -41,7 +42,9 @@ impl TurnedGravity {
                 problem.residuals(&values)
             };
             let (ahead, behind) = (at(STEP)?, at(-STEP)?);
-            Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).collect())
+            let mut column: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).collect();
+            column.resize(rows, 0.0);
+            Ok(column)
         };
         Ok(TurnedGravity { columns: [of_axis(axes[0])?, of_axis(axes[1])?], axes })
     }

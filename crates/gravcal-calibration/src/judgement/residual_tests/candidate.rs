@@ -43,15 +43,27 @@ pub fn next(found: &[Tested]) -> usize {
     let telling = found.iter().enumerate().filter(|(_, tested)| tells(tested));
     let first = telling.min_by(|(_, a), (_, b)| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
     let Some((place, first)) = first else { return 0 };
-    // A zero that is stated wrongly turns a link, which is a joint that sits elsewhere and is tilted: one wrong number is likelier than several.
-    let is_simpler = |(_, other): &(usize, &Tested)| {
-        matches!(other.candidate, Candidate::Term(_, Term::StatedSensor(_)))
-            && tells(other)
-            && other.gain > AS_MUCH * first.gain
+    let instead = match &first.candidate {
+        // A zero that is stated wrongly turns a link, which is a joint that sits elsewhere and is tilted: one wrong number is likelier than several.
+        Candidate::OfArm(term) if term.is_of_description() => {
+            telling_most(found, |candidate| matches!(candidate, Candidate::Term(_, Term::StatedSensor(_))))
+                .filter(|(_, other)| other.gain > AS_MUCH * first.gain)
+        }
+        // One number is less likely chance than three; but wrong lengths are likelier than a wrong clock, where they explain more.
+        Candidate::OfArm(Term::ClockRate | Term::BaseGivesWay) => {
+            telling_most(found, |candidate| matches!(candidate, Candidate::OfArm(term) if term.is_of_description()))
+                .filter(|(_, other)| other.gain > first.gain)
+        }
+        _ => None,
     };
-    let simpler = found.iter().enumerate().filter(is_simpler).max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain));
-    let of_description = matches!(&first.candidate, Candidate::OfArm(term) if term.is_of_description());
-    simpler.filter(|_| of_description).map_or(place, |(place, _)| place)
+    instead.map_or(place, |(place, _)| place)
+}
+
+/// Of some candidates that tell, the one that explains most.
+fn telling_most(found: &[Tested], is_one: impl Fn(&Candidate) -> bool) -> Option<(usize, &Tested)> {
+    let tells = |tested: &Tested| tested.test.corrected_p_value < SIGNIFICANCE && is_one(&tested.candidate);
+    let telling = found.iter().enumerate().filter(|(_, tested)| tells(tested));
+    telling.max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain))
 }
 
 /// The share of each in the probability of naming anything: those of all joints count as much as all others together. Of what the robot's description says of

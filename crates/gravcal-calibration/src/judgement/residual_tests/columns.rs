@@ -178,7 +178,7 @@ impl<'a> Columns<'a> {
         }
         let mut places = vec![0; session.poses.len()];
         in_order.iter().enumerate().for_each(|(place, pose)| places[*pose] = place);
-        let turned_gravity = TurnedGravity::new(solved)?;
+        let turned_gravity = TurnedGravity::new(solved, rows)?;
         let mut columns = Columns {
             session,
             solved,

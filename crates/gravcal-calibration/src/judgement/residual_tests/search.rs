@@ -286,6 +286,10 @@ impl Search<'_> {
             }
             Candidate::Together(term) | Candidate::OfArm(term) => {
                 let tested = self.report(0, term, score(maker, rows, neighbours, left)?);
+                // No base turns against what it carries.
+                if *term == Term::BaseGivesWay && tested.test.size <= 0.0 {
+                    return None;
+                }
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
                 Some(Tested { test, candidate: candidate.clone(), ..tested })
             }

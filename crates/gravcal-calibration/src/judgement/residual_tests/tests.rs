@@ -571,13 +571,14 @@ fn what_is_stated_wrongly_of_a_sensor_is_named_with_how_much_it_is_off() {
     let gain = simulation.truth.sensors[1][SensorParameter::TorqueGain as usize];
     for (parameter, off) in [
         (SensorParameter::PositionOffset, 0.02),
-        (SensorParameter::PositionGain, 3e-4),
+        (SensorParameter::PositionGain, 0.01),
         (SensorParameter::TorqueBias, 10.0 * NOISE),
-        (SensorParameter::TorqueGain, 0.02 * gain),
+        (SensorParameter::TorqueGain, 0.05 * gain),
     ] {
         for kind in [PriorKind::Fixed, PriorKind::Gaussian { std: 0.01 * off }] {
             let (tests, notes) = stated(parameter, off, kind);
             let name = parameter.name("joint2");
+            assert!(!tests.is_empty(), "{name} {kind:?} {off}: {notes}");
             assert_eq!(tests[0].kind, ResidualTestKind::StatedSensor { parameter: name.clone() }, "{tests:?}");
             assert!(tests[0].spoils_intervals && (tests[0].size / -off - 1.0).abs() < 0.3, "{tests:?}");
             assert!(
