@@ -96,7 +96,7 @@ fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
     let mut taken: Vec<&TakenAsExact> = result.taken_as_exact.iter().collect();
     taken.sort_by(|a, b| b.off_in_std.total_cmp(&a.off_in_std));
     let off = |taken: &&TakenAsExact| {
-        format!("{} by {}, if {}", taken.parameter, significant(taken.off_in_std, 2), taken.wrong)
+        format!("{} ({}) if {}", taken.parameter, significant(taken.off_in_std, 2), taken.wrong)
     };
     // One of each quantity says more than three of the gains.
     let quantity = |taken: &TakenAsExact| split_name(&taken.parameter).1.to_owned();
@@ -111,7 +111,7 @@ fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
     let more = if more > 0 { format!("; and {more} more") } else { String::new() };
     (!most.is_empty()).then(|| {
         format!(
-            "Ask what the intervals hang on. A number would be off by so many of its standard deviations: {}{more}. --full tells what to do.",
+            "Ask what the intervals hang on. Off by so many standard deviations would be {}{more} (--full: cures).",
             most.join("; ")
         )
     })
@@ -351,7 +351,7 @@ mod tests {
             exact("a.torque_bias", 2.5),
         ];
         let advice = Advice::of(&EstimatorResult { taken_as_exact, ..with(Vec::new()) }, FILE);
-        let off = |parameter: &str, times: &str| format!("{parameter} by {times}, if each joint were 1 mm aside");
+        let off = |parameter: &str, times: &str| format!("{parameter} ({times}) if each joint were 1 mm aside");
         let told = [
             off("b.torque_gain", "18"),
             off("a.position_offset", "5.0"),
@@ -361,7 +361,7 @@ mod tests {
         assert_eq!(
             advice.steps[0],
             format!(
-                "Ask what the intervals hang on. A number would be off by so many of its standard deviations: {}; and 1 more. --full tells what to do.",
+                "Ask what the intervals hang on. Off by so many standard deviations would be {}; and 1 more (--full: cures).",
                 told.join("; ")
             )
         );

@@ -556,7 +556,8 @@ fn a_base_that_gives_way_under_the_arm_is_named_with_its_turn() {
     assert!(result.notes.iter().any(|note| note.contains("as if the base gave way")), "{:?}", result.notes);
 }
 
-/// A zero that is fixed wrongly turns a link, as if the next joint sat elsewhere: one wrong number is named and not the robot.
+/// A zero that is fixed wrongly turns a link, as if the next joint sat elsewhere: one wrong number is named and not the robot. (A torque gain and the mass of
+/// a load contradict each other alike: the words for the one name the other.)
 #[test]
 fn what_is_stated_wrongly_of_a_sensor_is_named_with_how_much_it_is_off() {
     let simulation = shoulder();
@@ -568,12 +569,10 @@ fn what_is_stated_wrongly_of_a_sensor_is_named_with_how_much_it_is_off() {
         let tests: Vec<ResidualTest> = named(&result).into_iter().cloned().collect();
         (tests, result.notes.join(" "))
     };
-    let gain = simulation.truth.sensors[1][SensorParameter::TorqueGain as usize];
     for (parameter, off) in [
         (SensorParameter::PositionOffset, 0.02),
         (SensorParameter::PositionGain, 0.01),
         (SensorParameter::TorqueBias, 10.0 * NOISE),
-        (SensorParameter::TorqueGain, 0.05 * gain),
     ] {
         for kind in [PriorKind::Fixed, PriorKind::Gaussian { std: 0.01 * off }] {
             let (tests, notes) = stated(parameter, off, kind);
