@@ -145,7 +145,7 @@ pub struct MotionWindow {
     pub interval: [f64; 2],
     /// Of each joint, by how much of the window's weight it did not move.
     pub resting: Vec<f64>,
-    /// The same where it did not for longer than it takes to turn round ([`TURNS_ROUND`]).
+    /// The same where it did not for longer than it takes to turn round, 0.1 s.
     pub standing: Vec<f64>,
 }
 
