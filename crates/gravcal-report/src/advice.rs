@@ -95,9 +95,6 @@ const MOST: usize = 4;
 fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
     let mut taken: Vec<&TakenAsExact> = result.taken_as_exact.iter().collect();
     taken.sort_by(|a, b| b.off_in_std.total_cmp(&a.off_in_std));
-    let off = |taken: &&TakenAsExact| {
-        format!("{} ({}) if {}", taken.parameter, significant(taken.off_in_std, 2), taken.wrong)
-    };
     // One of each quantity says more than three of the gains.
     let quantity = |taken: &TakenAsExact| split_name(&taken.parameter).1.to_owned();
     let mut told: Vec<&TakenAsExact> = Vec::new();
@@ -106,15 +103,14 @@ fn hangs_most_on(result: &EstimatorResult) -> Option<String> {
             told.push(own);
         }
     }
-    let most: Vec<String> = told.iter().take(MOST).map(off).collect();
+    let off = |(place, taken): (usize, &&TakenAsExact)| {
+        let (by, in_std) = if place == 0 { ("would be off by", " standard deviations") } else { ("by", "") };
+        format!("{} {by} {}{in_std} if {}", taken.parameter, significant(taken.off_in_std, 2), taken.wrong)
+    };
+    let most: Vec<String> = told.iter().take(MOST).enumerate().map(off).collect();
     let more = taken.len() - most.len();
     let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-    (!most.is_empty()).then(|| {
-        format!(
-            "Ask what the intervals hang on. Off by so many standard deviations would be {}{more} (--full: cures).",
-            most.join("; ")
-        )
-    })
+    (!most.is_empty()).then(|| format!("Ask what the intervals hang on: {}{more}.", most.join("; ")))
 }
 
 /// The format of sensors that no driver's formula holds.
@@ -351,19 +347,11 @@ mod tests {
             exact("a.torque_bias", 2.5),
         ];
         let advice = Advice::of(&EstimatorResult { taken_as_exact, ..with(Vec::new()) }, FILE);
-        let off = |parameter: &str, times: &str| format!("{parameter} ({times}) if each joint were 1 mm aside");
-        let told = [
-            off("b.torque_gain", "18"),
-            off("a.position_offset", "5.0"),
-            off("gravity", "4.0"),
-            off("a.torque_bias", "2.5"),
-        ];
         assert_eq!(
             advice.steps[0],
-            format!(
-                "Ask what the intervals hang on. Off by so many standard deviations would be {}; and 1 more (--full: cures).",
-                told.join("; ")
-            )
+            "Ask what the intervals hang on: b.torque_gain would be off by 18 standard deviations if each joint were 1 mm aside; \
+             a.position_offset by 5.0 if each joint were 1 mm aside; gravity by 4.0 if each joint were 1 mm aside; \
+             a.torque_bias by 2.5 if each joint were 1 mm aside; and 1 more."
         );
     }
 

@@ -32,16 +32,15 @@ pub(super) fn unwrap(recorded: &mut Recorded, turns: &[Option<f64>]) -> Result<V
             let mut added = 0.0;
             for row in run.start + 1..run.end {
                 let by = (recorded.value(row, joint) + added - recorded.value(row - 1, joint)) / turn;
-                let beside = steps_beside(recorded, &run, (row, joint)).map(|step| step / turn);
-                if by.abs() <= 0.5 && by.abs() > STEP && beside.is_some_and(|beside| by.abs() > ABRUPT * beside) {
-                    return Err(Jump { joint, row: recorded.rows[row], turns: by });
-                }
+                let is_abrupt = |beside: f64| by.abs() > ABRUPT * beside / turn;
                 if by.abs() > 0.5 {
                     if (by - by.round()).abs() > WHOLE {
                         return Err(Jump { joint, row: recorded.rows[row], turns: by });
                     }
                     added -= by.round() * turn;
                     wraps[joint] += 1;
+                } else if by.abs() > STEP && steps_beside(recorded, &run, (row, joint)).is_some_and(is_abrupt) {
+                    return Err(Jump { joint, row: recorded.rows[row], turns: by });
                 }
                 recorded.add(row, joint, added);
             }

@@ -119,7 +119,7 @@ pub struct Columns<'a> {
     readings: Vec<Vec<ReadingRow>>,
     /// By joint, what a step of its coordinate does to the whitened residuals; empty of joints that slide.
     slopes: Vec<Vec<f64>>,
-    /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it; empty where no tables are compared.
+    /// What a turn of gravity does to the whitened residuals, rad⁻¹, about two axes perpendicular to it.
     turned_gravity: [Vec<f64>; 2],
     /// What a base does that gives way.
     leaning: Vec<Vec<f64>>,
@@ -179,14 +179,14 @@ impl<'a> Columns<'a> {
         let mut places = vec![0; session.poses.len()];
         in_order.iter().enumerate().for_each(|(place, pose)| places[*pose] = place);
         let turned_gravity = TurnedGravity::new(solved, rows)?;
-        let mut columns = Columns {
+        Ok(Columns {
             session,
             solved,
             rows,
             readings,
             slopes,
-            turned_gravity: Default::default(),
             leaning: turned_gravity.leaning(session, solved),
+            turned_gravity: turned_gravity.columns,
             loads: stated_loads(session, solved, rows)?,
             distances: stated_distances(session, solved, rows)?,
             pulled: pulled(session, solved),
@@ -201,11 +201,7 @@ impl<'a> Columns<'a> {
             places,
             predictions,
             sides: sides_by_order(session),
-        };
-        if (2..=MOST_RECORDINGS).contains(&columns.tables_of_all().len()) {
-            columns.turned_gravity = turned_gravity.columns;
-        }
-        Ok(columns)
+        })
     }
 
     /// Every term that can be looked for in a channel.

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use gravcal_recording::file_name;
 
-use crate::session::{Pose, ReadingId, Session};
+use crate::session::{ReadingId, Session};
 
 /// Fewer may agree by chance, with round readings.
 const FEWEST: usize = 3;
@@ -22,19 +22,18 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
     }
     let doubt = |([earlier, table], places): ([usize; 2], Vec<usize>)| {
         let name = |table: usize| file_name(&session.tables[table].path);
-        let said = |pose: Option<&Pose>| {
-            let load = pose.and_then(|pose| pose.load);
+        let said = |table: usize| {
+            let load = session.tables[table].load;
             load.map_or("no load".to_owned(), |load| format!("load {}", session.loads[load].name))
         };
-        let of_earlier = session.poses.iter().find(|pose| pose.table == earlier);
         (places.len() >= FEWEST).then(|| {
             format!(
                 "{} rows of {}, which is said to be of {}, are those of {}, of {}, in every number: one of the files is a copy of the other. Record both.",
                 places.len(),
                 name(table),
-                said(Some(&session.poses[places[0]])),
+                said(table),
                 name(earlier),
-                said(of_earlier),
+                said(earlier),
             )
         })
     };

@@ -26,7 +26,7 @@ use crate::result::HeldOut;
 
 /// Residuals so many times larger than noise, errors and what was left open allow: those of another day are larger, too, and contradict nothing.
 const CONTRADICTED: f64 = 3.0;
-/// Sums of squares beyond all doubt are no larger for the sake of the last digits.
+/// So many iterations tell a contradiction: the last digits of a sum of squares do not matter.
 const ITERATIONS: usize = 100;
 
 impl Answer {
