@@ -116,7 +116,7 @@ fn iterate(path: &Path) -> Result<u64, String> {
 /// Finds the standstills; how many rows there are.
 fn standstills(path: &Path) -> Result<u64, String> {
     let name = |joint: usize, quantity: &str| format!("joint{joint}.{quantity}");
-    let position = |joint| PositionColumn { column: name(joint, "position"), unit: PositionUnit::Radian };
+    let position = |joint| PositionColumn::new(name(joint, "position"), PositionUnit::Radian);
     let torque = |joint| ReadingColumn { column: name(joint, "effort"), ..ReadingColumn::default() };
     let mapping = PoseMapping {
         positions: (1..=JOINTS).map(position).collect(),

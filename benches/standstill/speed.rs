@@ -86,9 +86,8 @@ fn read(path: &Path) -> Result<f64, String> {
 
 fn searched(path: &Path) -> Result<usize, String> {
     let reported = |error: &dyn std::fmt::Display| error.to_string();
-    let position = |joint: usize| {
-        Ok(PositionColumn { column: format!("j{joint}.position"), unit: "rad".parse().map_err(|e| reported(&e))? })
-    };
+    let position =
+        |joint: usize| Ok(PositionColumn::new(format!("j{joint}.position"), "rad".parse().map_err(|e| reported(&e))?));
     let torque = |joint: usize| {
         let column = ReadingColumn { column: format!("j{joint}.effort"), ..ReadingColumn::default() };
         Ok(Some((column, "count".parse().map_err(|e| reported(&e))?)))

@@ -16,7 +16,7 @@ pub struct Conditions {
     pub velocity: Vec<f64>,
     /// rad/s² or m/s², by joint.
     pub acceleration: Vec<f64>,
-    /// From which side each joint came: 1 where its position reading rose, −1 where it fell, 0 where neither is known.
+    /// From which side each joint came: 1 where its coordinate rose, −1 where it fell, 0 where neither is known.
     pub direction: Vec<f64>,
     /// How far friction has built up, by joint, where that was followed over an arm's motion; `None` of a joint of which it was not, or is not known.
     pub presliding: Vec<Option<Presliding>>,
@@ -31,7 +31,7 @@ pub struct ConditionColumns {
     pub time: Option<ConditionColumn>,
     /// Temperature of each joint's sensors.
     pub temperature: Vec<ConditionColumn>,
-    /// Velocity of each joint; as a slope, that of its position readings over time.
+    /// Velocity of each joint; as a slope, that of its coordinate over time, by the nominal gain of its position reading.
     pub velocity: MotionSource,
     /// Acceleration of each joint; as a slope, that of its velocity over time.
     pub acceleration: MotionSource,

@@ -30,7 +30,7 @@
 //!     ..ReadingColumn::default()
 //! };
 //! let mapping = PoseMapping {
-//!     positions: vec![PositionColumn { column: "q1_deg".to_owned(), unit: "deg".parse()? }],
+//!     positions: vec![PositionColumn::new("q1_deg", "deg".parse()?)],
 //!     torques: vec![Some((torque, "count".parse()?))],
 //!     ..PoseMapping::default()
 //! };
@@ -77,6 +77,7 @@ mod still;
 mod suggest;
 mod sweep;
 mod table;
+mod turns;
 mod unit;
 mod windows;
 mod write;
@@ -122,6 +123,7 @@ pub use sweep::{
     RejectedStroke, SparseBins, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, WIDEST_BIN, slow_sweeps,
 };
 pub use table::Table;
+pub use turns::{unwrapped, within_turn};
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use windows::{
     Clock, Course, FILTER_LENGTH, Kept, MotionSample, MotionWindow, MotionWindows, WeighedStretch, WindowRule,

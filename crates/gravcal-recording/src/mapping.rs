@@ -39,6 +39,16 @@ pub struct PositionColumn {
     pub column: String,
     /// Unit of its numbers.
     pub unit: PositionUnit,
+    /// By how much the joint's coordinate grows, rad or m, where the reading grows by one of its unit (rad, m, or the sensor's own): as far as that is known
+    /// beforehand. Velocities and directions that come of readings are those of the coordinate by it.
+    pub nominal_gain: f64,
+}
+
+impl PositionColumn {
+    /// A column whose readings are the joint's coordinate.
+    pub fn new(column: impl Into<String>, unit: PositionUnit) -> PositionColumn {
+        PositionColumn { column: column.into(), unit, nominal_gain: 1.0 }
+    }
 }
 
 /// Where a reading of torque or of an instrument stands, and what is known of its noise.
@@ -110,7 +120,7 @@ impl PoseMapping {
             return Err(MappingError::AccelerationWithoutVelocity);
         }
         match self.positions.iter().find(|position| velocity.is_some() && position.unit.is_sensors_own()) {
-            Some(PositionColumn { column, unit }) => {
+            Some(PositionColumn { column, unit, .. }) => {
                 Err(MappingError::SlopeOfSensorUnit { column: column.clone(), unit: *unit })
             }
             None => Ok(()),
@@ -177,7 +187,7 @@ mod tests {
     }
 
     fn mapping(positions: &[&str], torques: &[ReadingColumn]) -> PoseMapping {
-        let position = |column: &&str| PositionColumn { column: column.to_string(), unit: PositionUnit::Radian };
+        let position = |column: &&str| PositionColumn::new(*column, PositionUnit::Radian);
         PoseMapping {
             positions: positions.iter().map(position).collect(),
             torques: torques.iter().map(|torque| Some((torque.clone(), TorqueUnit::Count))).collect(),

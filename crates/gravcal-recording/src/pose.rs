@@ -70,7 +70,7 @@ fn poses_in(table: &Table, mapping: &PoseMapping, part: Part) -> Result<Recordin
     let columns = Columns::find(table, mapping)?;
     let mut rows: Vec<StaticPose> = (0..table.len()).map(|row| columns.pose(row)).collect::<Result<_, _>>()?;
     // Slopes at the ends of a part see the rows beyond.
-    differentiate(&mut rows, table, &mapping.conditions)?;
+    differentiate(&mut rows, table, mapping)?;
     let path = || table.path().to_owned();
     let begun = rows.first().and_then(|row| row.conditions.time).unwrap_or(0.0);
     rows.retain(|row| row.conditions.time.is_none_or(|time| part.holds(time - begun)));
@@ -111,7 +111,7 @@ mod tests {
     /// One joint: `q` in degrees, and `tau` as described.
     fn one_joint(torque: ReadingColumn) -> PoseMapping {
         PoseMapping {
-            positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Degree }],
+            positions: vec![PositionColumn::new("q", PositionUnit::Degree)],
             torques: vec![Some((torque, TorqueUnit::Count))],
             ..PoseMapping::default()
         }
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn poses_are_in_si_units_and_in_the_order_of_the_file() {
         let mut mapping = one_joint(torque("tau"));
-        mapping.positions.push(PositionColumn { column: "x".to_owned(), unit: PositionUnit::Millimeter });
+        mapping.positions.push(PositionColumn::new("x", PositionUnit::Millimeter));
         mapping.torques.push(None);
         mapping.sweep_column = Some("sweep".to_owned());
         let poses = parse("tau,x,q,sweep\n2075,250,90,up\n-3,0,-180,\n", &mapping).unwrap();

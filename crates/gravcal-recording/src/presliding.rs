@@ -19,7 +19,7 @@ const SETTLED: f64 = 5.0;
 #[derive(Clone, Debug)]
 pub struct DahlFriction {
     /// rad or m in a unit of the position reading.
-    scale: f64,
+    gain: f64,
     at: Option<f64>,
     /// How far the joint went, rad or m.
     way: f64,
@@ -36,15 +36,16 @@ fn travel(place: usize) -> f64 {
 }
 
 impl DahlFriction {
-    /// A joint whose start is not known. `scale`: rad or m in a unit of its position reading.
-    pub fn new(scale: f64) -> DahlFriction {
-        DahlFriction { scale: scale.abs(), at: None, way: 0.0, states: [0.0; TRAVELS] }
+    /// A joint whose start is not known. `gain`: rad or m in a unit of its position reading; where it is negative, the coordinate falls as the reading rises.
+    pub fn new(gain: f64) -> DahlFriction {
+        DahlFriction { gain, at: None, way: 0.0, states: [0.0; TRAVELS] }
     }
 
     /// The joint's next position reading.
     pub fn go(&mut self, position: f64) {
         let Some(before) = self.at.replace(position) else { return };
-        let (far, sign) = (self.scale * (position - before).abs(), (position - before).signum());
+        let step = self.gain * (position - before);
+        let (far, sign) = (step.abs(), step.signum());
         if far > 0.0 {
             self.way += far;
             for (place, state) in self.states.iter_mut().enumerate() {

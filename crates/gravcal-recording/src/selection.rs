@@ -103,7 +103,7 @@ mod tests {
         let columns = |names: [&str; 2], unit: ConditionUnit| {
             MotionSource::Columns(names.map(|name| ConditionColumn { column: name.to_owned(), unit }).into())
         };
-        let position = |name: &str| PositionColumn { column: name.to_owned(), unit: PositionUnit::Radian };
+        let position = |name: &str| PositionColumn::new(name, PositionUnit::Radian);
         let torque = |name: &str| {
             Some((ReadingColumn { column: name.to_owned(), ..ReadingColumn::default() }, TorqueUnit::NewtonMeter))
         };

@@ -6,38 +6,53 @@
 //! ẋ_k = Σ (t_i − t̄)(x_i − x̄) / Σ (t_i − t̄)²      over all i with |t_i − t_k| ≤ w/2
 //! ```
 //!
+//! `x`: a joint's coordinate but for its offset, by the nominal gain of its position reading; an angle that begins anew after a turn goes on.
 //! Of even rows about k it is off by `w² x⃛ / 40`, and white noise of `x` with standard deviation σ gives it `√12 σ / (w √m)`, m rows
 //! in the window: wide enough for the noise, short against the fastest motion.
 
 use crate::conditions::{ConditionColumns, Slope};
 use crate::error::{Place, ReadError};
+use crate::mapping::PoseMapping;
 use crate::static_pose::StaticPose;
 use crate::table::Table;
+use crate::turns::unwrapped;
 
 /// Gives every row of one table the velocities and accelerations that are slopes. The mapping has been checked.
-pub(crate) fn differentiate(
-    rows: &mut [StaticPose],
-    table: &Table,
-    mapped: &ConditionColumns,
-) -> Result<(), ReadError> {
+pub(crate) fn differentiate(rows: &mut [StaticPose], table: &Table, mapping: &PoseMapping) -> Result<(), ReadError> {
+    let mapped = &mapping.conditions;
     if let Some(slope) = mapped.velocity.slope() {
-        let velocities = derivative(rows, slope, table, mapped, |row| &row.position)?;
+        let coordinates = coordinates(rows, mapping);
+        let velocities = derivative(rows, slope, table, mapped, |row| &coordinates[row])?;
         rows.iter_mut().zip(velocities).for_each(|(row, velocity)| row.conditions.velocity = velocity);
     }
     if let Some(slope) = mapped.acceleration.slope() {
-        let accelerations = derivative(rows, slope, table, mapped, |row| &row.conditions.velocity)?;
+        let accelerations = derivative(rows, slope, table, mapped, |row| &rows[row].conditions.velocity)?;
         rows.iter_mut().zip(accelerations).for_each(|(row, found)| row.conditions.acceleration = found);
     }
     Ok(())
 }
 
+/// By row and joint, the coordinate but for its offset, rad or m.
+fn coordinates(rows: &[StaticPose], mapping: &PoseMapping) -> Vec<Vec<f64>> {
+    let mut readings: Vec<Vec<f64>> = rows.iter().map(|row| row.position.clone()).collect();
+    for (joint, column) in mapping.positions.iter().enumerate() {
+        let mut last = None;
+        for row in &mut readings {
+            row[joint] = unwrapped(row[joint], last, column.unit);
+            last = Some(row[joint]);
+        }
+        readings.iter_mut().for_each(|row| row[joint] *= column.nominal_gain);
+    }
+    readings
+}
+
 /// Derivative of each joint's number at each row.
-fn derivative(
+fn derivative<'a>(
     rows: &[StaticPose],
     slope: Slope,
     table: &Table,
     mapped: &ConditionColumns,
-    numbers: impl Fn(&StaticPose) -> &[f64],
+    numbers: impl Fn(usize) -> &'a [f64],
 ) -> Result<Vec<Vec<f64>>, ReadError> {
     let times: Vec<f64> = rows.iter().filter_map(|row| row.conditions.time).collect();
     let place = |row: usize| {
@@ -54,8 +69,8 @@ fn derivative(
         if end - first < 2 {
             return Err(ReadError::NoNeighbour { place: place(row), window: slope.window });
         }
-        let joints = 0..numbers(&rows[row]).len();
-        let values = |joint: usize| rows[first..end].iter().map(|row| numbers(row)[joint]).collect::<Vec<f64>>();
+        let joints = 0..numbers(row).len();
+        let values = |joint: usize| (first..end).map(|row| numbers(row)[joint]).collect::<Vec<f64>>();
         Ok(joints.map(|joint| slope_of_line(&times[first..end], &values(joint))).collect())
     };
     (0..rows.len()).map(derivative_at).collect()
@@ -84,7 +99,7 @@ mod tests {
     fn mapping(window: f64) -> PoseMapping {
         let slope = MotionSource::Slope(Slope { window });
         PoseMapping {
-            positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Degree }],
+            positions: vec![PositionColumn::new("q", PositionUnit::Degree)],
             torques: vec![None],
             conditions: ConditionColumns {
                 time: Some(ConditionColumn { column: "t".to_owned(), unit: ConditionUnit::TIME[1] }),
@@ -114,6 +129,18 @@ mod tests {
         }
         // The ends see one side: the slope is that a quarter of the window inside.
         assert!((rows[0].conditions.velocity[0] - (6.0f64 * 0.025).to_radians()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_angle_that_begins_anew_after_a_turn_goes_on_and_a_gain_counts() {
+        let text = "t,q\n0,170\n10,175\n20,180\n30,-175\n40,-170\n";
+        let table = Table::parse(Path::new("a.csv"), text.as_bytes(), CsvFormat::default()).unwrap();
+        let mut mapping = mapping(0.03);
+        mapping.positions[0].nominal_gain = -2.0;
+        for row in poses_of(&table, &mapping).unwrap().poses {
+            assert!((row.conditions.velocity[0] + 1000f64.to_radians()).abs() < 1e-10, "{:?}", row.conditions);
+            assert!(row.position[0].abs() < 3.2, "positions stay as they are recorded");
+        }
     }
 
     #[test]

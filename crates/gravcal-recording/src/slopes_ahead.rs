@@ -2,14 +2,13 @@
 //! of a window. So a recording may be longer than memory.
 
 use std::collections::VecDeque;
-use std::f64::consts::TAU;
 use std::fmt;
 
 use crate::conditions::{ConditionColumn, Slope};
 use crate::mapping::PoseMapping;
 use crate::rows::{Row, Rows};
 use crate::slope::slope_of_line;
-use crate::unit::PositionUnit;
+use crate::turns::unwrapped;
 
 /// By so much of itself a window is wider, as clocks are rounded.
 const ROUNDING: f64 = 1e-9;
@@ -23,7 +22,7 @@ pub struct SlopesAhead<'a> {
     row: Row,
     /// Time of the last row, s; infinite at the end.
     read_to: f64,
-    /// By joint, times, s, and readings of its position, rad, m or the sensor's own unit, in the window and ahead of it. Angles go on over full turns.
+    /// By joint, times, s, and its coordinate but for the offset by the nominal gain, rad or m, in the window and ahead of it. Angles go on over full turns.
     kept: Vec<VecDeque<(f64, f64)>>,
 }
 
@@ -35,7 +34,7 @@ impl<'a> SlopesAhead<'a> {
         SlopesAhead { rows, mapping, clock, slope, row: Row::default(), read_to: f64::NEG_INFINITY, kept }
     }
 
-    /// Slope of each joint's readings at a time, s, no earlier than any before, in their unit a second. NaN of a joint that is read no more than once in the
+    /// Slope of each joint's coordinate at a time, s, no earlier than any before, rad/s or m/s by the nominal gain of its position reading. NaN of a joint that is read no more than once in the
     /// window.
     pub fn at(&mut self, time: f64) -> Vec<f64> {
         let half = 0.5 * self.slope.window * (1.0 + ROUNDING);
@@ -53,7 +52,7 @@ impl<'a> SlopesAhead<'a> {
         self.kept.iter_mut().map(of_joint).collect()
     }
 
-    /// What cannot be read ends this pass, and that of whoever asks for slopes with an error.
+    /// What cannot be read ends this pass without a word: whoever asks for slopes reads the same rows, comes to the same place, and tells the error.
     fn read_row(&mut self) {
         if !self.rows.read(&mut self.row).unwrap_or(false) {
             self.read_to = f64::INFINITY;
@@ -70,16 +69,12 @@ impl<'a> SlopesAhead<'a> {
         }
         self.read_to = self.read_to.max(time);
         for (kept, position) in self.kept.iter_mut().zip(&self.mapping.positions) {
-            let reading = cell(&position.column) * position.unit.to_si();
+            let (reading, gain) = (cell(&position.column) * position.unit.to_si(), position.nominal_gain);
             if reading.is_nan() || kept.back().is_some_and(|(last, _)| *last >= time) {
                 continue;
             }
-            // A sensor that shows 179° and then −180° has turned by a degree.
-            let turns = match kept.back() {
-                Some((_, last)) if position.unit.si() == PositionUnit::Radian => ((reading - last) / TAU).round(),
-                _ => 0.0,
-            };
-            kept.push_back((time, reading - TAU * turns));
+            let last = kept.back().map(|(_, coordinate)| coordinate / gain);
+            kept.push_back((time, gain * unwrapped(reading, last, position.unit)));
         }
     }
 }
@@ -100,6 +95,7 @@ mod tests {
     use crate::csv_lines::CsvWriting;
     use crate::mapping::PositionColumn;
     use crate::rows::open_as;
+    use crate::unit::PositionUnit;
 
     /// Times in ms; one joint in degrees that goes 2 rad/s and wraps at 20°, and one in rad, read in every other row, along a parabola.
     fn recording(rows: usize) -> tempfile::NamedTempFile {
@@ -116,7 +112,7 @@ mod tests {
     }
 
     fn mapping() -> PoseMapping {
-        let position = |column: &str, unit| PositionColumn { column: column.into(), unit };
+        let position = |column: &str, unit| PositionColumn::new(column, unit);
         PoseMapping {
             positions: vec![position("a", PositionUnit::Degree), position("b", PositionUnit::Radian)],
             torques: vec![None; 2],

@@ -440,7 +440,7 @@ fn a_recording_in_which_the_arm_creeps_is_doubted() {
         let (remarks, lost) = (Vec::new(), Vec::new());
         let path = "day.mcap".into();
         session.searched =
-            vec![Searched { path, standstills: Some(standstills), sweeps: None, windows: None, remarks, lost }];
+            vec![Searched { path, standstills: Some(standstills), remarks, lost, ..Searched::default() }];
         session.find_doubts()
     };
     let elbow = doubts([3, 50], 12);

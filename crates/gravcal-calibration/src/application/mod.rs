@@ -10,6 +10,9 @@
 //! Rows may say only some of the readings at a time, as where joints are spread over topics: what a row does not say is taken as it was
 //! said last. A reading at an end of its sensor's range has no torque, and becomes an empty cell.
 //!
+//! Angles that begin anew after a turn are taken as the session took its own: within the turn that its standstills visit, on from row to row where its arm moved,
+//! and as they are recorded where its poses are rows of tables.
+//!
 //! Velocities are those of columns, or slopes of positions: over the time that the session says, or a quarter of a window of a session in motion.
 //!
 //! Where Coulomb friction has its sign from a velocity, a joint no faster than the session's `speed_above` has none: what it reads at
@@ -25,6 +28,7 @@ mod values;
 
 use gravcal_recording::{
     ConditionColumn, Conditions, DahlFriction, EarlierEstimate, MotionSource, Rows, Slope, SlopesAhead, is_saturated,
+    unwrapped, within_turn,
 };
 use gravcal_robot_model::number::shortest;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
@@ -68,8 +72,12 @@ pub struct Application<'a> {
     columns: Columns,
     /// Last readings of all joints, in inside units; NaN before the first.
     positions: Vec<f64>,
+    /// The same, where angles go on from row to row over full turns.
+    unwrapped: Vec<f64>,
     torques: Vec<f64>,
     conditions: Conditions,
+    /// Whether the arm of the session moved: then its angles go on from row to row.
+    goes_on: bool,
     /// Where velocities are slopes.
     slopes: Option<SlopesAhead<'a>>,
     clock: ConditionColumn,
@@ -119,6 +127,7 @@ impl<'a> Application<'a> {
             gravity,
             columns: Columns::default(),
             positions: vec![f64::NAN; joints],
+            unwrapped: vec![f64::NAN; joints],
             torques: vec![f64::NAN; joints],
             conditions: Conditions {
                 time: None,
@@ -129,6 +138,7 @@ impl<'a> Application<'a> {
                 presliding: Vec::new(),
                 further: vec![f64::NAN; session.readings.conditions.further.len()],
             },
+            goes_on: session.has_windows(),
             slopes,
             clock: session.readings.conditions.clock(),
             friction_sign,
@@ -196,8 +206,15 @@ impl<'a> Application<'a> {
                 *last = inside(cell);
             }
         };
-        for (joint, last) in self.positions.iter_mut().enumerate() {
-            hear(last, self.columns.positions[joint], &|cell| cell * mapping.positions[joint].unit.to_si());
+        for (joint, (position, on)) in self.positions.iter_mut().zip(&mut self.unwrapped).enumerate() {
+            let (unit, before) = (mapping.positions[joint].unit, Some(*on).filter(|on| !on.is_nan()));
+            hear(position, self.columns.positions[joint], &|cell| cell * unit.to_si());
+            *on = unwrapped(*position, before, unit);
+            match self.session.turns.get(joint) {
+                Some(Some(begin)) => *position = within_turn(*position, *begin),
+                _ if self.goes_on => *position = *on,
+                _ => {}
+            }
         }
         for (joint, last) in self.torques.iter_mut().enumerate() {
             let unit = mapping.torques[joint].as_ref().map_or(1.0, |(_, unit)| unit.to_si());
@@ -224,7 +241,7 @@ impl<'a> Application<'a> {
             hear(last, *column, &|cell| cell);
         }
         self.friction_sign.report(conditions);
-        for (friction, position) in self.built_up.iter_mut().zip(&self.positions) {
+        for (friction, position) in self.built_up.iter_mut().zip(&self.unwrapped) {
             friction.iter_mut().filter(|_| !position.is_nan()).for_each(|friction| friction.go(*position));
         }
         if self.built_up.iter().any(Option::is_some) {

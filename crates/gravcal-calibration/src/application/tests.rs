@@ -1,6 +1,8 @@
+use std::sync::Arc;
+
 use gravcal_recording::{
-    ConditionColumn, ConditionColumns, ConditionUnit, EarlierParameter, EarlierQuantity, MotionLimits, MotionSource,
-    PoseMapping, PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
+    ConditionColumn, ConditionColumns, ConditionUnit, Course, EarlierParameter, EarlierQuantity, Kept, MotionLimits,
+    MotionSource, PoseMapping, PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
 };
 use gravcal_robot_model::sensors::{Moment, Options};
 use gravcal_session::simulation::Simulation;
@@ -16,7 +18,7 @@ fn readings() -> PoseMapping {
         |joint| ReadingColumn { column: name("tau", joint), highest: Some(4095.0), ..ReadingColumn::default() };
     let velocity = |joint| ConditionColumn { column: name("v", joint), unit: ConditionUnit::ANGULAR_VELOCITY[1] };
     PoseMapping {
-        positions: (0..3).map(|j| PositionColumn { column: name("q", j), unit: PositionUnit::Degree }).collect(),
+        positions: (0..3).map(|j| PositionColumn::new(name("q", j), PositionUnit::Degree)).collect(),
         torques: (0..3).map(|joint| Some((torque(joint), TorqueUnit::Count))).collect(),
         conditions: ConditionColumns {
             temperature: vec![ConditionColumn { column: "T".into(), unit: ConditionUnit::TEMPERATURE[0] }; 3],
@@ -233,6 +235,38 @@ fn what_a_row_does_not_say_is_as_it_was_said_last() {
     application.apply(&columns(), &mut arm);
     near(&arm[4..7], &[0.0; 3]);
     assert_eq!(application.remarks().len(), 1);
+}
+
+/// A joint at 179° and then −179° has moved by two degrees. Its position gain of 1.01 acts on the turn that the session takes its angles within.
+#[test]
+fn angles_are_taken_as_the_session_took_its_own() {
+    let (mut session, mut calibration) = truth(&shoulder());
+    calibration
+        .parameters
+        .iter_mut()
+        .filter(|own| own.name == "joint2.position_gain")
+        .for_each(|own| own.value = Some(1.01));
+    let offset = calibration.parameters.iter().find(|own| own.name == "joint2.position_offset").unwrap().value.unwrap();
+    let (cells, ..) = row(&session, &shoulder(), None);
+    let calibrated = |session: &Session| {
+        let mut applied = Application::new(session, &calibration, &Effort::Torque, true, None).unwrap();
+        [179.0, -179.0].map(|reading| {
+            let mut cells = cells.clone();
+            cells[2] = reading;
+            applied.apply(&columns(), &mut cells);
+            (cells[2] - offset.to_degrees()) / 1.01
+        })
+    };
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        found.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() < 1e-9, "{found:?} {expected:?}"));
+    };
+    near(calibrated(&session), [179.0, -179.0]);
+    session.turns = vec![None, Some(-350_f64.to_radians()), None];
+    near(calibrated(&session), [-181.0, -179.0]);
+    session.turns.clear();
+    let course = Course { stretches: Vec::new(), kept: Kept::default() };
+    session.poses[0].course = Some(Arc::new(course));
+    near(calibrated(&session), [179.0, 181.0]);
 }
 
 #[test]

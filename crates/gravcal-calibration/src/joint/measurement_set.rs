@@ -87,22 +87,22 @@ impl MeasurementSet {
         MeasurementSet { used, ..self.clone() }
     }
 
-    /// The same readings in a session in which two channels are exchanged: one may be read where the other is not.
-    pub(super) fn exchanged(&self, a: usize, b: usize) -> MeasurementSet {
+    /// The same readings in a session in which two channels are exchanged in some poses: one may be read where the other is not.
+    pub(super) fn exchanged(&self, [a, b]: [usize; 2], in_pose: impl Fn(usize) -> bool) -> MeasurementSet {
         let other = |channel: &usize| match *channel {
             own if own == a => b,
             own if own == b => a,
             own => own,
         };
-        let of_pose = |used: &Arc<[usize]>| {
-            if used.contains(&a) == used.contains(&b) {
+        let of_pose = |(pose, used): (usize, &Arc<[usize]>)| {
+            if used.contains(&a) == used.contains(&b) || !in_pose(pose) {
                 return Arc::clone(used);
             }
             let mut used: Vec<usize> = used.iter().map(other).collect();
             used.sort_unstable();
             used.into()
         };
-        MeasurementSet { used: self.used.iter().map(of_pose).collect(), ..self.clone() }
+        MeasurementSet { used: self.used.iter().enumerate().map(of_pose).collect(), ..self.clone() }
     }
 
     /// The same as if each were uncertain by a hundredth of its channel's spread at least. What explains readings so roughly lies where

@@ -332,8 +332,7 @@ fn standstills_and_windows_of_one_recording_go_together() {
                 stood.found.iter().all(|s| window.interval[1] <= s.interval[0] || s.interval[1] <= window.interval[0])
             };
             let counted = windows.found.iter().filter(beside).count();
-            let table = session.tables.iter().position(|table| table.path == searched.path).unwrap();
-            let poses: Vec<&Pose> = session.poses.iter().filter(|pose| pose.table == table).collect();
+            let poses: Vec<&Pose> = session.poses.iter().filter(|pose| pose.table == searched.table).collect();
             assert_eq!(poses.len(), stood.found.len() + counted);
             assert_eq!(poses.iter().filter(|pose| pose.course.is_none()).count(), stood.found.len());
             assert!(counted > 500 && windows.found.len() > counted + 100, "{counted} of {}", windows.found.len());

@@ -103,6 +103,46 @@ fn friction_that_builds_up_is_identified() {
     assert!(left(&without) > 1.1 * left(&result), "{} {}", left(&without), left(&result));
 }
 
+/// Friction opposes the motion of a joint, in N·m/(rad/s), however its encoder counts: here backwards, in counts of a tenth of a milliradian.
+#[test]
+fn friction_is_that_of_the_joint_and_not_of_its_encoder() {
+    const COUNT: f64 = -1e-4;
+    let folder = tempfile::tempdir().unwrap();
+    let viscous = "sensor_models = [{ kind = \"viscous-friction\", parameters = { viscous_friction = { value = 0.7, unit = \"N·m/(rad/s)\" } } }, {";
+    let simulation = simulation(folder.path(), &SIMULATION.replace("sensor_models = [{", viscous));
+    let files = write_session(&simulation, 0, folder.path(), false).unwrap();
+    for table in ["bare.csv", "loaded.csv"].map(|name| folder.path().join(name)) {
+        let text = fs::read_to_string(&table).unwrap();
+        let header = text.lines().find(|line| line.starts_with("time_s")).unwrap();
+        let place = header.split(',').position(|column| column == "j2.position").unwrap();
+        let counted = |line: &str| {
+            let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if let Some((angle, cell)) = cells.get_mut(place).and_then(|cell| Some((cell.parse::<f64>().ok()?, cell))) {
+                *cell = (angle / COUNT).to_string();
+            }
+            cells.join(",") + "\n"
+        };
+        fs::write(&table, text.lines().map(counted).collect::<String>()).unwrap();
+    }
+    let friction = |result: &EstimatorResult| {
+        ["j2.coulomb_friction", "j2.viscous_friction"].map(|name| {
+            let found = result.parameters.iter().find(|parameter| parameter.name == name).unwrap();
+            (found.value.unwrap(), found.std.unwrap())
+        })
+    };
+    let text = fs::read_to_string(&files[0]).unwrap();
+    let units = "unit = [\"rad\", \"rad\", \"rad\"]";
+    assert!(text.contains(units) && text.contains("name = \"j2\"\n"), "{text}");
+    let in_counts = text.replacen(units, "unit = [\"rad\", \"count\", \"rad\"]", 1);
+    let gain =
+        "name = \"j2\"\nposition_gain = { nominal = 1e-4, unit = \"rad/count\" }\nposition_sign = \"reversed\"\n";
+    fs::write(&files[0], in_counts.replace("name = \"j2\"\n", gain)).unwrap();
+    let result = estimated(&read_session(&files[0]).unwrap());
+    for ((value, std), truth) in friction(&result).into_iter().zip([0.4, 0.7]) {
+        assert!((value - truth).abs() < 4.0 * std && std < 0.05, "{value} ± {std}, {truth}");
+    }
+}
+
 /// Motors before gears: their inertia is in the torques, and the session asks for it.
 #[test]
 fn simulated_rotors_are_identified() {

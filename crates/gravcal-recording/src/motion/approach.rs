@@ -14,6 +14,8 @@ const SLIDING: f64 = 1e-2;
 /// Follows the turning points of each joint.
 #[derive(Clone, Debug)]
 pub(crate) struct Approach {
+    /// Of each joint, rad or m in a unit of its position reading.
+    gains: Vec<f64>,
     direction: Vec<f64>,
     sides: Vec<Side>,
 }
@@ -28,8 +30,10 @@ struct Side {
 }
 
 impl Approach {
-    pub fn new(joints: usize) -> Approach {
-        Approach { direction: vec![0.0; joints], sides: vec![Side::default(); joints] }
+    /// `gains`: of each joint, rad or m in a unit of its position reading.
+    pub fn new(gains: &[f64]) -> Approach {
+        let joints = gains.len();
+        Approach { gains: gains.to_vec(), direction: vec![0.0; joints], sides: vec![Side::default(); joints] }
     }
 
     /// 1 where the joint came from below, −1 where from above, 0 where it has not moved far enough to tell.
@@ -37,12 +41,12 @@ impl Approach {
         &self.direction
     }
 
-    /// Takes the next block. No movement is what does not exceed twice the gate of the joint.
+    /// Takes the next block. No movement is what does not exceed twice the gate of the joint, in its reading's unit.
     pub fn take(&mut self, block: &Block, gates: &[f64]) {
-        let sums = block.sums.iter().zip(gates);
-        for ((direction, side), (sum, gate)) in self.direction.iter_mut().zip(&mut self.sides).zip(sums) {
+        let sums = block.sums.iter().zip(gates).zip(&self.gains);
+        for ((direction, side), ((sum, gate), gain)) in self.direction.iter_mut().zip(&mut self.sides).zip(sums) {
             if sum.count > 0.0 {
-                *direction = side.take(sum.mean, 2.0 * gate);
+                *direction = side.take(gain * sum.mean, 2.0 * gate * gain.abs());
             }
         }
     }
@@ -80,13 +84,18 @@ mod tests {
     }
 
     fn with_gate(gate: f64, positions: &[f64]) -> Vec<f64> {
-        let mut approach = Approach::new(1);
-        let direction = |position: &f64| {
-            let sums = vec![Sum { count: 1.0, mean: *position, ..Sum::default() }];
-            approach.take(&Block { from: 0.0, until: 0.0, row: 0, sums }, &[gate]);
+        by_gain(1.0, gate, positions)
+    }
+
+    /// Of coordinates that are read by a gain; the gate is one of coordinates.
+    fn by_gain(gain: f64, gate: f64, coordinates: &[f64]) -> Vec<f64> {
+        let mut approach = Approach::new(&[gain]);
+        let direction = |coordinate: &f64| {
+            let sums = vec![Sum { count: 1.0, mean: coordinate / gain, ..Sum::default() }];
+            approach.take(&Block { from: 0.0, until: 0.0, row: 0, sums }, &[(gate / gain).abs()]);
             approach.direction()[0]
         };
-        positions.iter().map(direction).collect()
+        coordinates.iter().map(direction).collect()
     }
 
     #[test]
@@ -110,6 +119,15 @@ mod tests {
             [0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0]
         );
         assert_eq!(with_gate(1e-6, &[0.0, 0.005, 0.002, 0.011, 0.02]), [0.0, 0.0, 0.0, 1.0, 1.0]);
+    }
+
+    /// An encoder counts in steps of its own, and may count backwards: sides are those of the coordinate, and so are the movements that turn them.
+    #[test]
+    fn sides_do_not_hang_on_how_the_encoder_counts() {
+        let coordinates = [0.0, 0.2, 0.197, 0.1999, 0.195, 0.18, 0.183];
+        for gain in [2.0_f64.powi(-20), -2.0_f64.powi(-20), -1.0] {
+            assert_eq!(by_gain(gain, 1e-6, &coordinates), with_gate(1e-6, &coordinates), "{gain}");
+        }
     }
 
     #[test]

@@ -29,6 +29,8 @@ pub(crate) struct Channels {
     /// The first so many are the positions of the joints.
     pub joints: usize,
     pub position_units: Vec<PositionUnit>,
+    /// By joint, see [`PositionColumn::nominal_gain`](crate::mapping::PositionColumn::nominal_gain).
+    pub position_gains: Vec<f64>,
     pub torques: Vec<Option<usize>>,
     pub instruments: Vec<Option<usize>>,
     pub velocity: Vec<usize>,
@@ -85,6 +87,7 @@ impl Channels {
         Channels {
             joints: mapping.positions.len(),
             position_units: mapping.positions.iter().map(|position| position.unit).collect(),
+            position_gains: mapping.positions.iter().map(|position| position.nominal_gain).collect(),
             units: list.iter().map(|channel| [channel.scale, channel.zero]).collect(),
             places: vec![NOWHERE; list.len()],
             torques,

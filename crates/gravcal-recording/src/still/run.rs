@@ -59,8 +59,15 @@ struct Standing {
 }
 
 impl Runs {
-    pub fn new(joints: usize) -> Runs {
-        Runs { joints, approach: Approach::new(joints), current: None, elsewhere: None, past: VecDeque::new() }
+    /// `gains`: of each joint, rad or m in a unit of its position reading.
+    pub fn new(gains: &[f64]) -> Runs {
+        Runs {
+            joints: gains.len(),
+            approach: Approach::new(gains),
+            current: None,
+            elsewhere: None,
+            past: VecDeque::new(),
+        }
     }
 
     /// How far each joint may be from where it stays.

@@ -31,7 +31,10 @@ impl Segments {
         let sampler = Sampler::new(channels, first, interval);
         let joints = channels.joints;
         let gates = Runs::gates(joints, &sampler.scales);
-        Segments { sampler, finder: Finder { joints, gates, runs: Runs::new(joints), moved_on: vec![0; joints] } }
+        Segments {
+            sampler,
+            finder: Finder { joints, gates, runs: Runs::new(&channels.position_gains), moved_on: vec![0; joints] },
+        }
     }
 
     /// Takes the first samples.

@@ -23,7 +23,7 @@ const SHORTEST: f64 = 0.05;
 const LONGEST: f64 = 10.0;
 const LONGEST_KEPT: f64 = 2.0;
 const TIMES: usize = 24;
-/// A shorter `T`, in the whole course, has ended there but for a twentieth.
+/// A `T` that is a shorter part of the course that was kept has ended there but for a twentieth.
 const ENDS: f64 = 1.0 / 3.0;
 /// Fewer parts tell no course, and of fewer standstills noise alone looks like one more often than once in a thousand times.
 const LEAST_PARTS: usize = 4;

@@ -135,7 +135,7 @@ impl Recording {
 }
 
 fn mapping() -> PoseMapping {
-    let position = |name: &str| PositionColumn { column: name.to_owned(), unit: PositionUnit::Radian };
+    let position = |name: &str| PositionColumn::new(name, PositionUnit::Radian);
     let torque = |name: &str| {
         Some((ReadingColumn { column: name.to_owned(), ..ReadingColumn::default() }, TorqueUnit::NewtonMeter))
     };

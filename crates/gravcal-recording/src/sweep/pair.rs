@@ -265,8 +265,9 @@ impl Maker<'_> {
             Some(self.reading(channel, &bins, (centre, bend)))
         };
         let mut direction = first.approach.clone();
-        direction[self.joint] = first.direction;
-        let speed = mean(&|bin| bin.speed());
+        let gain = self.channels.position_gains[self.joint];
+        direction[self.joint] = first.direction * gain.signum();
+        let speed = gain * mean(&|bin| bin.speed());
         let condition = |channel: &usize| {
             mean(&|bin| {
                 let line = &bin.channels[*channel];

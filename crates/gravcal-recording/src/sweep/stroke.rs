@@ -86,7 +86,7 @@ impl<'a> Strokes<'a> {
             columns: channels.list[..channels.joints].iter().map(|channel| channel.column.clone()).collect(),
             channels: channels.list.len(),
             tolerances: rule.tolerances(),
-            approach: Approach::new(channels.joints),
+            approach: Approach::new(&channels.position_gains),
             station: 0,
             place: None,
             open: None,

@@ -23,7 +23,7 @@ fn rule() -> SweepRule {
 }
 
 fn mapping() -> PoseMapping {
-    let position = |column: &str| PositionColumn { column: column.to_owned(), unit: PositionUnit::Radian };
+    let position = |column: &str| PositionColumn::new(column, PositionUnit::Radian);
     let torque = |column: &str| {
         Some((ReadingColumn { column: column.to_owned(), ..ReadingColumn::default() }, TorqueUnit::NewtonMeter))
     };

@@ -9,6 +9,7 @@ use super::grid::Grid;
 use super::spline::{Run, Splines};
 use super::weight::Weighing;
 use super::{FEWEST, MotionWindow, OVERLAP, TURNS_ROUND, WindowRule};
+use crate::columns::is_saturated;
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
 use crate::presliding::{DahlFriction, Presliding};
@@ -30,12 +31,13 @@ pub(super) fn windows(
         (0..channels.joints).map(|joint| signs(&run.states[joint], rule.moving[joint], splines.noise[joint])).collect();
     let stands: Vec<Vec<bool>> =
         (0..channels.joints).map(|joint| stands(&run.states[joint], times, rule.moving[joint])).collect();
-    let mut presliding: Vec<Option<Followed>> = run
-        .states
-        .iter()
-        .zip(&rule.presliding)
-        .map(|(states, scale)| scale.map(|s| Followed::new(states, s)))
-        .collect();
+    let follow = |(joint, states): (usize, _)| {
+        rule.presliding.contains(&joint).then(|| Followed::new(states, channels.position_gains[joint]))
+    };
+    let mut presliding: Vec<Option<Followed>> = match rule.presliding.is_empty() {
+        true => Vec::new(),
+        false => run.states.iter().map(Vec::as_slice).enumerate().map(follow).collect(),
+    };
     let count = ((end - begin - reach) * OVERLAP / rule.length).floor();
     let at = |start: f64| Window { recorded, run, channels, rule, signs: &signs, stands: &stands, start };
     let first = begin + before;
@@ -120,8 +122,8 @@ struct Followed<'a> {
 }
 
 impl<'a> Followed<'a> {
-    fn new(positions: &'a [[f64; 3]], scale: f64) -> Followed<'a> {
-        Followed { positions, friction: DahlFriction::new(scale), first: 0, kept: VecDeque::new() }
+    fn new(positions: &'a [[f64; 3]], gain: f64) -> Followed<'a> {
+        Followed { positions, friction: DahlFriction::new(gain), first: 0, kept: VecDeque::new() }
     }
 
     /// The mean over rows of the run, which begin no earlier than any before; nothing where it is not known in all of them.
@@ -156,6 +158,7 @@ impl Window<'_> {
         let model = self.weighed(&self.of_model(), |_| true)?;
         let state =
             |joint: usize, part: usize| model.mean(|row| self.run.states[joint][row - self.run.rows.start][part]);
+        let gain = |joint: usize| self.channels.position_gains[joint];
         let sign = |joint: usize, row: usize| self.signs[joint][row - self.run.rows.start];
         let rests = |joint: usize, row: usize| {
             let speed = self.run.states[joint][row - self.run.rows.start][1];
@@ -168,9 +171,8 @@ impl Window<'_> {
             let Some(channel) = *channel else { continue };
             let value = |row: usize| self.recorded.value(row, channel);
             let Some(weighed) = self.weighed(&self.of_torques(), |row| !value(row).is_nan()) else { continue };
-            let [lowest, highest] = self.channels.list[channel].range;
-            let at_end = |row: &usize| !value(*row).is_nan() && !(lowest..highest).contains(&value(*row));
-            if (lowest.is_finite() || highest.is_finite()) && weighed.rows.clone().any(|row| at_end(&row)) {
+            let [lowest, highest] = self.channels.list[channel].range.map(Some);
+            if weighed.rows.clone().any(|row| is_saturated(value(row), lowest, highest)) {
                 saturated.push(joint);
                 continue;
             }
@@ -194,9 +196,11 @@ impl Window<'_> {
                 conditions: Conditions {
                     time: Some(self.start + 0.5 * length),
                     temperature: others(&self.channels.temperature),
-                    velocity: (0..joints).map(|joint| state(joint, 1)).collect(),
-                    acceleration: (0..joints).map(|joint| state(joint, 2)).collect(),
-                    direction: (0..joints).map(|joint| model.mean(|row| sign(joint, row))).collect(),
+                    velocity: (0..joints).map(|joint| gain(joint) * state(joint, 1)).collect(),
+                    acceleration: (0..joints).map(|joint| gain(joint) * state(joint, 2)).collect(),
+                    direction: (0..joints)
+                        .map(|joint| gain(joint).signum() * model.mean(|row| sign(joint, row)))
+                        .collect(),
                     presliding: presliding.iter_mut().map(built_up).collect(),
                     further: others(&self.channels.further),
                 },

@@ -7,8 +7,8 @@
 //!     y_w = Σ_t h(t) y(t),   ŷ_w = Σ_s h(s) ŷ(θ(s), θ̇(s), θ̈(s)),      h(t) ∝ 1 + cos(2π (t − t_w)/L),   Σ h = 1
 //! ```
 //!
-//! `t` are the moments at which the torque was sampled (each weighs as much as the time that it stands for), `s` moments, 16 steps a window: the
-//! sum over a Hann window is then as good as the integral for all that is slower than `14/L`. A window of an arm that stands *is* a static pose, and its
+//! `t` are the moments at which the torque was sampled (each weighs as much as the time that it stands for), `s` moments, 25.6 steps a window: the
+//! sum over a Hann window is then as good as the integral for all that is slower than `23/L`. A window of an arm that stands *is* a static pose, and its
 //! torque that of the pose. Windows follow each other by `L/6.4`, a quarter of the period of their cut-off `1.6/L`.
 //!
 //! 1. Rows that repeat the one before are dropped; angles that wrap go on ([`unwrap`]); the clock is found ([`clock`]): recorders stamp
@@ -60,8 +60,8 @@ pub struct WindowRule {
     pub length: f64,
     /// Speed above which a joint moves, in each joint's position reading per second: below, friction has no known sign.
     pub moving: Vec<f64>,
-    /// Of each joint whose friction builds up before it slides, rad or m in a unit of its position reading: that is followed then. Empty where none does.
-    pub presliding: Vec<Option<f64>>,
+    /// The joints whose friction builds up before they slide: that is followed then.
+    pub presliding: Vec<usize>,
     /// A full turn in each joint's position reading; nothing of a joint that slides.
     pub turn: Vec<Option<f64>>,
     /// By how much torques come later than positions, s; negative where positions come later.

@@ -17,7 +17,7 @@ const RATE: f64 = 200.0;
 
 fn mapping() -> PoseMapping {
     PoseMapping {
-        positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Radian }],
+        positions: vec![PositionColumn::new("q", PositionUnit::Radian)],
         torques: vec![Some((
             ReadingColumn { column: "tau".to_owned(), ..ReadingColumn::default() },
             TorqueUnit::NewtonMeter,

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!     y = k τ + b + f sgn(q̇)        Coulomb, by the side from which the joint came to a standstill
-//!     y = k τ + b + v q̇             viscous, where the joint still moves; q̇: velocity of the position reading
+//!     y = k τ + b + v q̇             viscous, where the joint still moves; q̇: velocity of the position reading times its nominal gain
 //!     y = k τ + b + f z(q; x)       Coulomb's, that builds up over a travel x: dz/dq = (sgn q̇ − z)/x      (Dahl, 1968)
 //! ```
 //!
@@ -121,7 +121,7 @@ impl SensorModel for Viscous {
     fn declare(&self, site: &Site<'_>, _options: &Options) -> Result<Vec<Declared>, RefusedOption> {
         let unit = format!("{}/({}/s)", site.torque_unit(), site.coordinate());
         let parameter = ParameterSpec::new("viscous_friction", unit, site.half_spread())
-            .in_equation("reading = ... + viscous_friction * velocity of the position reading")
+            .in_equation("reading = ... + viscous_friction * velocity by the nominal position gain")
             .cured_by("record poses at different velocities of the joint, in both directions");
         Ok(vec![Declared::new([parameter], Velocity { joint: site.joint })])
     }

@@ -60,6 +60,8 @@ pub struct Session {
     pub poses: Vec<Pose>,
     /// Those of `[[validation]]`: they enter no fit, and are predicted by the result.
     pub validation: Vec<Pose>,
+    /// By joint, where the turn begins within which its angles are taken, rad; nothing of one whose angles count as they are recorded. Empty where none is cut.
+    pub turns: Vec<Option<f64>>,
     /// How far joints may be from where their position sensors say.
     pub deflection: Deflection,
     /// Static friction of each joint in recorded slow sweeps, as these show it, in the unit of its torque reading: what the joint reads while others
@@ -112,6 +114,7 @@ impl Session {
             saturated: vec![0; joints.len()],
             in_motion: vec![0; joints.len()],
             searched: Vec::new(),
+            turns: Vec::new(),
             repeated: Vec::new(),
             doubts: Vec::new(),
             joints,

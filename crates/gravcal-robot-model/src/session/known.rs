@@ -21,6 +21,11 @@ impl GravityPrior {
     pub fn assumed(&self) -> [f64; 3] {
         self.hemisphere.unwrap_or([0.0, 0.0, -1.0]).map(|component| self.magnitude * component)
     }
+
+    /// The same with the opposite hemisphere, where one is declared.
+    pub fn other_hemisphere(&self) -> GravityPrior {
+        GravityPrior { hemisphere: self.hemisphere.map(|pole| pole.map(|component| -component)), ..self.clone() }
+    }
 }
 
 /// What is known of the links' masses and first moments.

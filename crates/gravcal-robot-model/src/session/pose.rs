@@ -45,8 +45,9 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Takes the position of each of two joints for the other's; in a window with all that comes of positions.
-    pub fn swap_positions(&mut self, a: usize, b: usize) {
+    /// Takes the position of each of two joints for the other's; in a window with all that comes of positions. `gains`: nominal ones of both, by which
+    /// velocities are those of coordinates.
+    pub fn swap_positions(&mut self, [a, b]: [usize; 2], gains: [f64; 2]) {
         self.position.swap(a, b);
         let Some(course) = &mut self.course else { return };
         let course = Arc::make_mut(course);
@@ -56,9 +57,15 @@ impl Pose {
                 list.swap(a, b);
             }
         }
-        let Conditions { velocity, acceleration, direction, .. } = &mut self.conditions;
-        for list in [velocity, acceleration, direction] {
+        let Conditions { velocity, acceleration, direction, presliding, .. } = &mut self.conditions;
+        let ratio = gains[0] / gains[1];
+        for (list, ratio) in [(velocity, ratio), (acceleration, ratio), (direction, ratio.signum())] {
             list.swap(a, b);
+            list[a] *= ratio;
+            list[b] /= ratio;
+        }
+        if !presliding.is_empty() {
+            presliding.swap(a, b);
         }
     }
 

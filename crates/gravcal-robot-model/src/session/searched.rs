@@ -13,9 +13,11 @@ use super::contents::Session;
 use super::pose::Pose;
 use crate::parameter::SensorParameter;
 
-/// One file.
+/// One file, or the part of one that a table takes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Searched {
+    /// Index into [`Session::tables`].
+    pub table: usize,
     /// The file.
     pub path: PathBuf,
     /// Its standstills, and what was none; `None` of a table whose rows are poses.
@@ -90,8 +92,7 @@ impl Session {
     /// What was found in the files of poses that enter the fit.
     pub fn fitted_recordings(&self) -> impl Iterator<Item = &Searched> {
         let tables: BTreeSet<usize> = self.poses.iter().map(|pose| pose.table).collect();
-        let fitted = move |searched: &&Searched| tables.iter().any(|table| self.tables[*table].path == searched.path);
-        self.searched.iter().filter(fitted)
+        self.searched.iter().filter(move |searched| tables.contains(&searched.table))
     }
 
     /// The coordinates of all joints in a pose by nominal gains and offsets, rad or m.

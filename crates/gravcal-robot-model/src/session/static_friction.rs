@@ -26,8 +26,7 @@ impl Session {
 
     /// The joint that sweeps in a pose of a recorded slow sweep; `None` of any other pose.
     pub fn swept_in_recording(&self, pose: &Pose) -> Option<usize> {
-        let path = &self.tables.get(pose.table)?.path;
-        let recorded = self.searched.iter().any(|searched| searched.path == *path && searched.sweeps.is_some());
+        let recorded = self.searched.iter().any(|searched| searched.table == pose.table && searched.sweeps.is_some());
         let (column, _) = pose.sweep_label.as_ref().filter(|_| recorded)?.rsplit_once(' ')?;
         self.readings.positions.iter().position(|position| position.column == column)
     }

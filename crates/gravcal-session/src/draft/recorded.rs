@@ -144,7 +144,7 @@ impl<'a> Draft<'a> {
             let (column, unit) = joint.torque.clone()?;
             Some((ReadingColumn { column, ..ReadingColumn::default() }, unit))
         };
-        let position = |joint: &DraftJoint| PositionColumn { column: joint.position.0.clone(), unit: joint.position.1 };
+        let position = |joint: &DraftJoint| PositionColumn::new(&joint.position.0, joint.position.1);
         PoseMapping {
             positions: self.joints.iter().map(position).collect(),
             torques: self.joints.iter().map(torque).collect(),

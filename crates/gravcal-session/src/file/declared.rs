@@ -65,9 +65,12 @@ impl Declared {
             [readings::unexplained(context, &written.readings)?, instruments.unexplained.clone()].concat();
         let said = joints::said(context, &written.joint, written.joints.as_ref())?;
         let joints = joints::resolve(context, &mapping, &said)?;
+        for (position, joint) in mapping.positions.iter_mut().zip(&joints) {
+            position.nominal_gain = joint.of(SensorParameter::PositionGain).nominal;
+        }
         let mut motion = in_motion(context, &written.readings, &mapping, &joints)?;
         let (terms, mut further) = models::resolve(context, registry, &mapping, &motion, &joints, &said)?;
-        motion::follow_friction(context, &mut motion, &joints, &terms.with_friction());
+        motion::follow_friction(&mut motion, terms.with_friction());
         let instruments = instruments.behind(&mut further);
         instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
         let observed = (&mut mapping, &mut further);

@@ -85,18 +85,10 @@ pub(super) fn resolve(
 }
 
 /// Has windows follow the friction of these joints.
-pub(super) fn follow_friction(
-    context: &Context<'_>,
-    motion: &mut InMotion,
-    joints: &[JointPriors],
-    followed: &[usize],
-) {
-    let Some(windows) = motion.windows.as_mut().filter(|_| !followed.is_empty()) else { return };
-    let scales = travels(&context.robot.chain, joints).into_iter().enumerate();
-    let scale = |(joint, travel): (usize, Travel)| match travel {
-        Travel::Turns(scale) | Travel::Slides(scale) => followed.contains(&joint).then_some(scale),
-    };
-    windows.presliding = scales.map(scale).collect();
+pub(super) fn follow_friction(motion: &mut InMotion, followed: Vec<usize>) {
+    if let Some(windows) = &mut motion.windows {
+        windows.presliding = followed;
+    }
 }
 
 /// Refuses slow sweeps beside windows: what a joint passes slowly is in windows, too. (Windows leave standstills out that count by themselves.)

@@ -222,12 +222,14 @@ pub(super) struct ReadPoses {
     pub in_motion: Vec<usize>,
     /// What was found in recordings in motion, and what was lost of files.
     pub searched: Vec<Searched>,
+    /// See [`Session::turns`](gravcal_robot_model::session::Session::turns).
+    pub turns: Vec<Option<f64>>,
 }
 
 impl ReadPoses {
     pub fn none(joints: usize) -> ReadPoses {
         let (poses, searched) = (Vec::new(), Vec::new());
-        ReadPoses { poses, saturated: vec![0; joints], in_motion: vec![0; joints], searched }
+        ReadPoses { poses, saturated: vec![0; joints], in_motion: vec![0; joints], searched, turns: Vec::new() }
     }
 
     /// Poses of the table with this index.
@@ -268,7 +270,8 @@ pub(super) fn read_all(
         let read = read.map_err(|error| written.wrong(document, index, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
         if !read.remarks.is_empty() {
-            all.searched.push(Searched { path: table.path.clone(), remarks: read.remarks, ..Searched::default() });
+            let path = table.path.clone();
+            all.searched.push(Searched { table: index, path, remarks: read.remarks, ..Searched::default() });
         }
         all.take(index, table.load, read.poses);
     }

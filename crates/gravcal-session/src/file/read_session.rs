@@ -89,7 +89,7 @@ fn read(
     let mut tables = poses::tables(&context, &declared.loads, all, declared.has_clock())?;
     let read = declared.read_poses(&context, (memory, watch), all, &mut tables)?;
     poses::check_validation(document, all, (&declared.loads, &declared.inertia), &tables)?;
-    let ReadPoses { poses, saturated, in_motion, searched } = read;
+    let ReadPoses { poses, saturated, in_motion, searched, turns } = read;
     let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
     let poses = checked(document, poses)?;
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
@@ -103,6 +103,7 @@ fn read(
         saturated,
         in_motion,
         searched,
+        turns,
         uncertainty,
         inputs,
         ..declared.session(&context, &written)

@@ -230,7 +230,7 @@ fn positions(context: &Context<'_>, table: Option<&PositionTable>) -> Result<Vec
             let message = format!("joint `{name}` has no column, and every torque depends on every position: name one");
             return Err(context.document.error(&position().key("columns").at(joint), message));
         }
-        Ok(PositionColumn { column: column.clone(), unit: units.of(joint, units::position_reading)? })
+        Ok(PositionColumn::new(column, units.of(joint, units::position_reading)?))
     };
     columns.iter().enumerate().map(column).collect()
 }

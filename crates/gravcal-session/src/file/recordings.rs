@@ -59,7 +59,7 @@ impl Recordings<'_> {
     ) -> Result<ReadPoses, SessionError> {
         let mut all = ReadPoses::none(mapping.torques.len());
         for (index, table) in tables.iter_mut().enumerate() {
-            let mut searched = self.search(index, table, mapping, motion)?;
+            let mut searched = Searched { table: index, ..self.search(index, table, mapping, motion)? };
             // Where a sensor's model tells both ways of a sweep apart, each is a pose of its own.
             let mut poses = searched.poses(self.terms.need_direction());
             searched.remarks.extend(leave_out_unknown_conditions(&mut poses));
@@ -78,7 +78,7 @@ impl Recordings<'_> {
         }
         count_time_from_first(&mut all.poses);
         if motion.windows.is_none() {
-            within_one_turn(&mut all.poses, mapping, &mut all.searched);
+            all.turns = within_one_turn(&mut all.poses, mapping, &mut all.searched);
         }
         Ok(all)
     }

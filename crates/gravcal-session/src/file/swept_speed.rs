@@ -115,8 +115,7 @@ impl<'a> MovingArm<'a> {
         };
         let coordinates: Vec<f64> = (0..count).map(coordinate).collect();
         let (mut velocities, accelerations) = (vec![0.0; count], vec![0.0; count]);
-        let speed = side.conditions.velocity.get(swept).copied().unwrap_or(0.0);
-        velocities[swept] = self.nominal(swept, SensorParameter::PositionGain) * speed;
+        velocities[swept] = side.conditions.velocity.get(swept).copied().unwrap_or(0.0);
         let motion = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
         let mut torques = |links: &[f64]| {
             let parameters = DynamicParameters { links, rotor_inertia: &accelerations };

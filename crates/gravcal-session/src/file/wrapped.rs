@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use gravcal_recording::{PoseMapping, PositionUnit};
+use gravcal_recording::{PoseMapping, PositionUnit, within_turn};
 use gravcal_robot_model::session::{Pose, Searched};
 
 /// Width of the arc without poses, rad, at least: a joint whose poses leave less of the turn free may go round.
@@ -14,8 +14,14 @@ const LEAST_ARC: f64 = 0.5;
 /// Readings that span more than a turn do not wrap, rad.
 const MORE_THAN_A_TURN: f64 = 1.01 * TAU;
 
-/// Takes the angles of joints that wrap in any of these recordings within the turn that the joint visits, and says so.
-pub(super) fn within_one_turn(poses: &mut [Pose], mapping: &PoseMapping, searched: &mut [Searched]) {
+/// Takes the angles of joints that wrap in any of these recordings within the turn that the joint visits, and says so. By joint, where that turn begins; empty
+/// where none wraps.
+pub(super) fn within_one_turn(
+    poses: &mut [Pose],
+    mapping: &PoseMapping,
+    searched: &mut [Searched],
+) -> Vec<Option<f64>> {
+    let mut turns = vec![None; mapping.positions.len()];
     for (joint, column) in mapping.positions.iter().enumerate() {
         let wraps = |searched: &Searched| searched.standstills.as_ref().map_or(0, |found| found.wraps[joint]);
         let is_angle = matches!(column.unit, PositionUnit::Radian | PositionUnit::Degree);
@@ -23,9 +29,10 @@ pub(super) fn within_one_turn(poses: &mut [Pose], mapping: &PoseMapping, searche
             continue;
         };
         let angles: Vec<f64> = poses.iter().map(|pose| pose.position[joint]).collect();
-        first.remarks.push(match cut(&angles) {
+        turns[joint] = cut(&angles);
+        first.remarks.push(match turns[joint] {
             Some(cut) => {
-                poses.iter_mut().for_each(|pose| pose.position[joint] = from_cut(pose.position[joint], cut));
+                poses.iter_mut().for_each(|pose| pose.position[joint] = within_turn(pose.position[joint], cut));
                 format!("`{}` wraps: its poses are taken within the one turn about zero that the joint visits.", column.column)
             }
             None => format!(
@@ -35,6 +42,7 @@ pub(super) fn within_one_turn(poses: &mut [Pose], mapping: &PoseMapping, searche
             ),
         });
     }
+    if turns.iter().all(Option::is_none) { Vec::new() } else { turns }
 }
 
 /// Where a turn begins in which the joint visits one arc, nearest to zero; nothing where no arc is free.
@@ -50,11 +58,6 @@ fn cut(angles: &[f64]) -> Option<f64> {
     (arc >= LEAST_ARC && highest - lowest <= MORE_THAN_A_TURN).then(|| begin - TAU * (middle / TAU).round())
 }
 
-/// The angle within the turn that begins there.
-fn from_cut(angle: f64, cut: f64) -> f64 {
-    cut + (angle - cut).rem_euclid(TAU)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -62,7 +65,7 @@ mod tests {
     fn mapped(degrees: &[f64]) -> Option<Vec<f64>> {
         let angles: Vec<f64> = degrees.iter().map(|angle| angle.to_radians()).collect();
         let cut = cut(&angles)?;
-        Some(angles.iter().map(|angle| from_cut(*angle, cut).to_degrees().round()).collect())
+        Some(angles.iter().map(|angle| within_turn(*angle, cut).to_degrees().round()).collect())
     }
 
     #[test]

@@ -211,8 +211,7 @@ impl<'a> Recorder<'a> {
                 let sensors = coordinates.iter().zip(&simulation.truth.sensors);
                 let position: Vec<f64> =
                     sensors.map(|(coordinate, [_, _, gain, offset])| (coordinate - offset) / gain).collect();
-                let velocity: Vec<f64> =
-                    velocities.iter().enumerate().map(|(joint, speed)| speed / self.position_gain(joint)).collect();
+                let velocity = self.velocities_told(&velocities);
                 self.direction = velocity.iter().map(|speed| speed.signum()).collect();
                 built_up.iter_mut().zip(&position).for_each(|(friction, reading)| friction.go(*reading));
                 let presliding = built_up.iter().map(DahlFriction::state).collect();
@@ -304,6 +303,16 @@ impl<'a> Recorder<'a> {
         stand.position.iter().enumerate().map(|(joint, reading)| self.position_gain(joint) * reading).collect()
     }
 
+    /// What a recording tells of these velocities of the coordinates: those of its readings by the nominal gain, rad/s or m/s.
+    fn velocities_told(&self, velocities: &[f64]) -> Vec<f64> {
+        let told = |(joint, speed): (usize, &f64)| speed * self.nominal_gain(joint) / self.position_gain(joint);
+        velocities.iter().enumerate().map(told).collect()
+    }
+
+    fn nominal_gain(&self, joint: usize) -> f64 {
+        self.simulation.template.joints[joint].of(SensorParameter::PositionGain).nominal
+    }
+
     fn position_gain(&self, joint: usize) -> f64 {
         self.simulation.truth.sensors[joint][SensorParameter::PositionGain as usize]
     }
@@ -337,9 +346,9 @@ impl<'a> Recorder<'a> {
 
     /// From which side each joint comes.
     fn turn(&mut self, before: &Stand, stand: &Stand) {
-        for ((direction, from), to) in self.direction.iter_mut().zip(&before.position).zip(&stand.position) {
+        for (joint, (from, to)) in before.position.iter().zip(&stand.position).enumerate() {
             if from != to {
-                *direction = (to - from).signum();
+                self.direction[joint] = (self.nominal_gain(joint) * (to - from)).signum();
             }
         }
     }
@@ -397,11 +406,8 @@ impl<'a> Recorder<'a> {
     /// The same of an arm that passes with these velocities and accelerations.
     fn readings_in_motion(&mut self, table: usize, stand: &Stand, rates: Option<&[Vec<f64>; 2]>) -> Vec<f64> {
         let simulation = self.simulation;
-        let velocity = |[velocities, _]: &[Vec<f64>; 2]| {
-            velocities.iter().enumerate().map(|(joint, speed)| speed / self.position_gain(joint)).collect()
-        };
-        let conditions =
-            Conditions { velocity: rates.map(velocity).unwrap_or_default(), ..self.conditions(self.time()) };
+        let velocity = rates.map(|[velocities, _]| self.velocities_told(velocities)).unwrap_or_default();
+        let conditions = Conditions { velocity, ..self.conditions(self.time()) };
         let travelled = self.travelled(stand);
         let (coordinates, torque) = self.statics.of(stand, &conditions, simulation.template.tables[table].load);
         let mut torque = torque.to_vec();

@@ -32,9 +32,7 @@ fn is_near_edge(session: &Session, solved: &Solved) -> bool {
 
 impl Hypothesis for OtherHemisphere {
     fn made(&self, session: &Session) -> Session {
-        let mut made = session.clone();
-        made.gravity.hemisphere = session.gravity.hemisphere.map(|pole| pole.map(|component| -component));
-        made
+        Session { gravity: session.gravity.other_hemisphere(), ..session.clone() }
     }
 
     fn words(&self, _session: &Session) -> (String, String) {

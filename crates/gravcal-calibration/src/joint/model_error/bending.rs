@@ -256,8 +256,7 @@ mod tests {
         let mut session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
-        let (standstills, path) = (Some(Default::default()), session.tables[session.poses[0].table].path.clone());
-        session.searched = vec![Searched { path, standstills, ..Searched::default() }];
+        session.searched = vec![Searched { standstills: Some(Default::default()), ..Searched::default() }];
         let readings = MeasurementSet { unexplained: vec![unexplained; 3], ..solved.readings().clone() };
         let built = build_problem(&session, &readings, &solved.state(&State::nominal(&session))).unwrap();
         (session, Solved::at_start(built).unwrap())

@@ -140,8 +140,7 @@ mod tests {
         };
         let sweep = Sweep { joint: 1, bins: (0..80).map(bin).collect(), ..Sweep::default() };
         let sweeps = Some(Sweeps { found: vec![sweep], ..Sweeps::default() });
-        let path = session.tables[session.poses[0].table].path.clone();
-        session.searched = vec![Searched { path, sweeps, ..Searched::default() }];
+        session.searched = vec![Searched { sweeps, ..Searched::default() }];
         (session, solved)
     }
 

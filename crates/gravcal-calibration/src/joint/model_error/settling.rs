@@ -47,10 +47,8 @@ impl Solved {
         let mut causes = Vec::new();
         for searched in session.fitted_recordings() {
             let Some(found) = &searched.standstills else { continue };
-            let stood = |pose: &Pose| {
-                let own = session.tables[pose.table].path == searched.path;
-                own && pose.sweep_label.is_none() && pose.course.is_none()
-            };
+            let stood =
+                |pose: &Pose| pose.table == searched.table && pose.sweep_label.is_none() && pose.course.is_none();
             let of_joints = found.torque_settling.iter().enumerate();
             let axes = found.instrument_settling.iter().enumerate();
             let of_axes = axes.map(|(axis, own)| (session.joints.len() + axis, own));
@@ -128,10 +126,10 @@ mod tests {
                 torque_settling: vec![Settling::default(), second, Settling::default()],
                 ..Standstills::default()
             };
-            let mut paths: Vec<_> = session.tables.iter().map(|table| table.path.clone()).collect();
-            paths.dedup();
-            let searched = |path| Searched { path, standstills: Some(found.clone()), ..Searched::default() };
-            session.searched = paths.into_iter().map(searched).collect();
+            // All of one file, each a part of it: what is left is in each of them once.
+            session.tables.iter_mut().for_each(|table| table.path = "recording.csv".into());
+            let searched = |table| Searched { table, standstills: Some(found.clone()), ..Searched::default() };
+            session.searched = (0..session.tables.len()).map(searched).collect();
             let readings = select(&session, Signals::All);
             let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
             let LeftToSettle { moved, told } = solved.left_to_settle(&session).unwrap();

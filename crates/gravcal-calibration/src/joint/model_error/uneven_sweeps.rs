@@ -64,14 +64,12 @@ impl Solved {
 fn shifts(session: &Session, joint: usize) -> HashMap<(usize, u64), f64> {
     let mut shifts = HashMap::new();
     for searched in session.fitted_recordings() {
-        let tables = session.tables.iter().enumerate().filter(|(_, table)| table.path == searched.path);
-        let tables: Vec<usize> = tables.map(|(table, _)| table).collect();
         let sweeps = searched.sweeps.iter().flat_map(|sweeps| &sweeps.found).filter(|sweep| sweep.joint == joint);
         for sweep in sweeps {
             let Some(shift) = shift(sweep) else { continue };
             for bin in &sweep.bins {
                 let line = bin.sides[0].line.min(bin.sides[1].line);
-                shifts.extend(tables.iter().map(|table| ((*table, line), shift)));
+                shifts.insert((searched.table, line), shift);
             }
         }
     }

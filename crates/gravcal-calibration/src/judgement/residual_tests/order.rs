@@ -3,14 +3,15 @@
 //! Where no table says so, and poses are rows of tables that were read one after the other, the joint came from where it was in the row before. That may
 //! be wrong, as rows may stand in another order than they were read in: then nothing goes with it.
 
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 
-/// A joint that moves by less, rad or m, may not have slid through: it keeps the side from which it came before.
+/// A joint whose coordinate moves by less, rad or m, may not have slid through: it keeps the side from which it came before.
 const MOVED: f64 = 0.01;
 /// The same in standard deviations of a position reading: five of the difference of two. The side to which noise moves a reading goes with its error.
 const BEYOND_NOISE: f64 = 7.0;
 
-/// By pose and joint: 1 where the reading rose, −1 where it fell, 0 where it is not known. Empty where the session says it itself, or where an arm was
+/// By pose and joint: 1 where the coordinate rose, −1 where it fell, 0 where it is not known. Empty where the session says it itself, or where an arm was
 /// followed while it moved.
 pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
     let told = session.poses.iter().any(|pose| pose.conditions.direction.iter().any(|side| *side != 0.0));
@@ -18,15 +19,15 @@ pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
         return Vec::new();
     }
     let joints = session.joints.len();
-    let noise = &session.deflection.reading_std;
-    let least: Vec<f64> =
-        (0..joints).map(|joint| noise.get(joint).map_or(MOVED, |std| MOVED.max(BEYOND_NOISE * std))).collect();
+    let gains: Vec<f64> = session.joints.iter().map(|joint| joint.of(SensorParameter::PositionGain).nominal).collect();
+    let noise = |joint: usize| session.deflection.reading_std.get(joint).map_or(0.0, |std| std * gains[joint].abs());
+    let least: Vec<f64> = (0..joints).map(|joint| MOVED.max(BEYOND_NOISE * noise(joint))).collect();
     let mut sides: Vec<Vec<f64>> = Vec::with_capacity(session.poses.len());
     for (place, pose) in session.poses.iter().enumerate() {
         let before = place.checked_sub(1).map(|before| (&session.poses[before], &sides[before]));
         let of_joint = |joint: usize| match before {
             Some((before, side)) if before.table == pose.table => {
-                let moved = pose.position[joint] - before.position[joint];
+                let moved = gains[joint] * (pose.position[joint] - before.position[joint]);
                 if moved.abs() > least[joint] { moved.signum() } else { side[joint] }
             }
             _ => 0.0,
