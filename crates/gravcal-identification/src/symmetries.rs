@@ -126,7 +126,7 @@ pub fn settle<S, V, E>(
         if end.as_ref().is_some_and(undecided) {
             settled.undecided.push(symmetry.name());
         }
-        let least = if symmetry.is_declared() { -DECISIVE } else { LOWER * symmetry.height(&settled.solution) };
+        let least = if symmetry.is_declared() { -DECISIVE } else { LOWER * symmetry.height(&settled.solution).abs() };
         settled.solution = match end.filter(|end| gain(end) > least) {
             Some(end) => symmetry.replaced(settled.solution, end, environment)?,
             None => symmetry.kept(settled.solution, environment)?,

@@ -19,7 +19,7 @@ fn report_one(result: &EstimatorResult, several: bool) -> String {
     let count = result.residual_tests.len();
     let first = match named.is_empty() {
         true => {
-            format!("{whose}{count} for trends, harmonics, compliance, speed, side, tables and neighbours name nothing")
+            format!("{whose}none of {count} names anything that the model lacks")
         }
         false => format!("{whose}{} of {count} name what the model lacks", named.len()),
     };

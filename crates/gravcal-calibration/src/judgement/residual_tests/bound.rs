@@ -101,7 +101,8 @@ impl Sums {
             square - 2.0 * along.dot(read) + along.dot(&(part * &along))
         };
         let squares: Vec<f64> = self.squares.iter().zip(&parts).zip(&read).map(left).collect();
-        let tested = Scatter::of(rows, parts, &squares).and_then(|scatter| scatter.test(&along));
+        let spent: Vec<f64> = parts.iter().map(DMatrix::trace).collect();
+        let tested = Scatter::of(rows, parts, &spent, &squares).and_then(|scatter| scatter.test(&along));
         tested.map_or(Bound::Open, |(_, _, p)| Bound::Least(p * (1.0 - DIGITS)))
     }
 }

@@ -17,7 +17,10 @@ const LEAST_FREEDOM: f64 = 4.0;
 pub fn of_estimate(found: OfReadings, rows: &Rows, channel: usize, column: &[f64]) -> Option<Score> {
     let freedom = rows.freedom()[channel];
     let statistic = (found.size / found.std).powi(2);
-    let p_value = FisherSnedecor::new(1.0, freedom).ok().filter(|_| freedom >= LEAST_FREEDOM)?.sf(statistic);
+    if !statistic.is_finite() || freedom < LEAST_FREEDOM {
+        return None;
+    }
+    let p_value = FisherSnedecor::new(1.0, freedom).ok()?.sf(statistic);
     let mean_square = |channel: usize| {
         let own = rows.of_channel(channel);
         own.iter().map(|row| column[*row].powi(2)).sum::<f64>() / own.len().max(1) as f64

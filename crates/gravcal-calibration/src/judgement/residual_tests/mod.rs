@@ -71,6 +71,7 @@ mod search;
 mod taken_as_exact;
 #[cfg(test)]
 mod tests;
+mod too_large;
 mod uneven_friction;
 mod words;
 mod words_of_stated;

@@ -12,6 +12,9 @@
 //!     tr(M A M A) is less by 2 uᵀ A M A u − (uᵀ A u)²
 //! ```
 //!
+//! Both moments are those of a residual maker that is a projector among the channel's rows. Where channels share unknowns it is one but for what other channels
+//! tell of these, so that they hold for many more rows than unknowns.
+//!
 //! The rest is approximated by Student's t: `t = ρ √ν/√(1 − ρ²)` with `ρ = R − E R`, `ν = 1/var R − 1`.
 
 use gravcal_estimation::statistics::ResidualMaker;
@@ -90,11 +93,14 @@ impl Neighbours {
     /// Correlation, Student's t, its degrees of freedom, and how probable such a likeness is.
     pub fn test(&self, rows: &Rows, channel: usize, residuals: &[f64]) -> Option<(f64, f64, f64, f64)> {
         let squares: f64 = rows.of_channel(channel).iter().map(|row| residuals[*row].powi(2)).sum();
+        if squares <= 0.0 || !squares.is_finite() {
+            return None;
+        }
         let products: f64 = rows.pairs(channel).iter().map(|(i, j)| residuals[*i] * residuals[*j]).sum();
         let correlation = (products / squares - self.product / self.freedom).clamp(-0.999, 0.999);
         let t = correlation * self.student.sqrt() / (1.0 - correlation * correlation).sqrt();
         let p = StudentsT::new(0.0, 1.0, self.student.min(MANY)).ok()?.sf(t);
-        (squares > 0.0 && p.is_finite()).then_some((correlation, t, self.student, p))
+        p.is_finite().then_some((correlation, t, self.student, p))
     }
 
     /// The correlation, where neighbours are to be treated as alike.

@@ -19,7 +19,8 @@ impl Search<'_> {
         neighbours: &[Option<Neighbours>],
         candidates: &[Candidate],
     ) -> bool {
-        if !maker.is_shared_alone() {
+        // Under a loss rows count by weights of which the sums know nothing.
+        if !maker.is_shared_alone() || rows.are_weighted() {
             return false;
         }
         let sums = Sums::of(maker, rows);

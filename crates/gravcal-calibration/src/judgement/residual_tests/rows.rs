@@ -90,6 +90,11 @@ impl Rows {
         self.share_errors
     }
 
+    /// Whether rows tell unlike much of the noise.
+    pub fn are_weighted(&self) -> bool {
+        !self.counts.is_empty()
+    }
+
     /// To be done again where the residual maker is another.
     pub fn count_freedom(&mut self, maker: &ResidualMaker) {
         self.freedom = vec![0.0; self.owners()];

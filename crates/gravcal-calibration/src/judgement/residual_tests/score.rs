@@ -67,8 +67,8 @@ pub fn score(maker: &ResidualMaker, rows: &Rows, neighbours: &[Option<Neighbours
     for (term, share) in terms.iter().zip(along.iter()) {
         after.iter_mut().zip(term).for_each(|(r, t)| *r -= share * t);
     }
-    let (parts, squares) = products(rows, &terms, &after);
-    let scatter = Scatter::of(rows, parts, &squares)?;
+    let Products { parts, spent, squares } = products(rows, &terms, &after);
+    let scatter = Scatter::of(rows, parts, &spent, &squares)?;
     let alone = scatter.test(&along)?;
     let in_blocks = |length: usize| by_blocks(rows, &terms, &after, &along, length);
     let alike = alike(rows, neighbours, &terms, &after);
@@ -159,8 +159,9 @@ fn coefficients(left: &[Left], r: &[f64]) -> Vec<f64> {
 }
 
 /// `W_cᵀ W_c` of terms, and the squares of what is left after them, by owner of rows.
-fn products(rows: &Rows, terms: &[Vec<f64>], after: &[f64]) -> (Vec<DMatrix<f64>>, Vec<f64>) {
+fn products(rows: &Rows, terms: &[Vec<f64>], after: &[f64]) -> Products {
     let count = terms.len();
+    let mut spent = vec![0.0; rows.owners()];
     let mut parts = vec![vec![0.0; count * count]; rows.owners()];
     let mut squares = vec![0.0; rows.owners()];
     let mut of_row = vec![0.0; count];
@@ -168,11 +169,23 @@ fn products(rows: &Rows, terms: &[Vec<f64>], after: &[f64]) -> (Vec<DMatrix<f64>
         let owner = rows.owner(row);
         squares[owner] += rows.count(row) * r * r;
         of_row.iter_mut().zip(terms).for_each(|(entry, term)| *entry = term[row]);
+        spent[owner] += rows.count(row) * of_row.iter().map(|entry| entry * entry).sum::<f64>();
         for (sums, a) in parts[owner].chunks_exact_mut(count).zip(&of_row) {
             sums.iter_mut().zip(&of_row).for_each(|(sum, b)| *sum += a * b);
         }
     }
-    (parts.iter().map(|sums| DMatrix::from_column_slice(count, count, sums)).collect(), squares)
+    let parts = parts.iter().map(|sums| DMatrix::from_column_slice(count, count, sums)).collect();
+    Products { parts, spent, squares }
+}
+
+/// Sums over the rows of each owner.
+struct Products {
+    /// `W_cᵀ W_c`.
+    parts: Vec<DMatrix<f64>>,
+    /// Degrees of freedom that the terms take, rows counted by their weights.
+    spent: Vec<f64>,
+    /// Of `r′`, likewise.
+    squares: Vec<f64>,
 }
 
 /// How channels scatter about the larger fit.
@@ -184,10 +197,10 @@ pub struct Scatter {
 }
 
 impl Scatter {
-    /// `parts`: `W_cᵀ W_c`; `squares`: of `r′`, by owner of rows.
-    pub fn of(rows: &Rows, parts: Vec<DMatrix<f64>>, squares: &[f64]) -> Option<Scatter> {
+    /// `parts`: `W_cᵀ W_c`; `spent`: degrees of freedom that the terms take; `squares`: of `r′`, by owner of rows.
+    pub fn of(rows: &Rows, parts: Vec<DMatrix<f64>>, spent: &[f64], squares: &[f64]) -> Option<Scatter> {
         let freedom: Vec<f64> =
-            rows.freedom().iter().zip(&parts).map(|(freedom, part)| (freedom - part.trace()).max(0.0)).collect();
+            rows.freedom().iter().zip(spent).map(|(freedom, spent)| (freedom - spent).max(0.0)).collect();
         let all = |of: &[f64]| (0..rows.channels()).map(|owner| of[owner]).sum::<f64>();
         let common = all(squares) / all(&freedom);
         // Knowledge has freedom without end, and next to it the scatter of a few readings passes for known.
@@ -240,10 +253,13 @@ fn tested(along: &DVector<f64>, covariance: DMatrix<f64>, freedom: f64, factor: 
     let count = along.len() as f64;
     let solved = covariance.cholesky()?.solve(along);
     let statistic = factor * along.dot(&solved) / count;
+    if !statistic.is_finite() {
+        return None;
+    }
     // Beyond that F is χ²/k, and its series are slow.
     let freedom = freedom.min(MANY);
     let p = FisherSnedecor::new(count, freedom).ok()?.sf(statistic);
-    (statistic.is_finite() && p.is_finite()).then_some((statistic, [count, freedom], p))
+    p.is_finite().then_some((statistic, [count, freedom], p))
 }
 
 /// Poses in a block where neighbours are alike in a channel that says something of the term; nothing where they are not.

@@ -11,6 +11,7 @@ use super::of_instruments::of_axis;
 use super::of_torque::per_torque;
 use super::order::sides_by_order;
 use super::score::MATTERS;
+use super::too_large::{SOMETHING_ELSE, is_too_large};
 use super::words_of_stated::{of_like, of_stated, of_stated_sensor};
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -345,6 +346,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             tables(of_joint),
         ),
     };
+    let cure = if is_too_large(&test.kind, test.size) { SOMETHING_ELSE.to_owned() } else { cure };
     let consequence = match test.spoils_intervals {
         true => WIDENED,
         false => "It is real but small beside the noise, and changes no verdict.",
