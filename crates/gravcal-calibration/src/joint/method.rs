@@ -13,6 +13,7 @@
 //! | step | where | ends with |
 //! |---|---|---|
 //! | start | `starting/` | values of all unknowns, from a sample of the readings |
+//! | swapped columns | `mistakes/evident.rs` | what makes all that follows pointless, where a part of the readings tells it |
 //! | fit with noise | `solving/solve_from.rs` | a minimum, with the noise that no reading states; of many readings that of a part first |
 //! | images | `ends/symmetries/` | the one that is likelier, or as declared |
 //! | other starts | `solving/other_starts.rs`, `ends/other_ends.rs` | the likeliest end, and those that are about as likely |
@@ -36,6 +37,7 @@ use crate::joint::ends::symmetries::{in_hemisphere, settled};
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::untold_noise::untold_beside_earlier;
 use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::mistakes::evident::evident_swap;
 use crate::joint::mistakes::search::contradicting_mistake;
 use crate::joint::model_error::settling::LeftToSettle;
 use crate::joint::order::Order;
@@ -43,7 +45,7 @@ use crate::joint::reporting::answer::{Answer, LookedForMistakes};
 use crate::joint::reporting::conclusion::Conclusion;
 use crate::joint::solved::Solved;
 use crate::joint::solving::other_starts::{is_doubtful, likeliest_of_other_starts};
-use crate::joint::solving::solve_from::solve_from;
+use crate::joint::solving::solve_from::{solve_briefly, solve_from};
 use crate::joint::starting::sample::{Sample, telling_part};
 use crate::joint::starting::start::{best_start, start_around};
 use crate::joint::variables::State;
@@ -60,15 +62,42 @@ pub fn solve(
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
+    let start = start(session, readings, known, environment)?;
+    solve_after(start, session, readings, known, environment)
+}
+
+/// Where a solve starts.
+struct Start {
+    /// A part of the readings.
+    sample: Sample,
+    values: State,
+}
+
+fn start(
+    session: &Session,
+    readings: &MeasurementSet,
+    known: Option<&State>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Start, EstimateError> {
     environment.report("starting values");
     check_noise_told(session, readings)?;
     let sample = Sample::new(session, readings)?;
-    let start = match (&readings.order, known) {
+    let values = match (&readings.order, known) {
         (Order::Together, _) => best_start(session, &sample, known, environment)?,
         (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
         // What fewer readings show need not be so for all.
         _ => best_start(session, &Sample::new(session, &readings.first())?, known, environment)?,
     };
+    Ok(Start { sample, values })
+}
+
+fn solve_after(
+    Start { sample, values: start }: Start,
+    session: &Session,
+    readings: &MeasurementSet,
+    known: Option<&State>,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
     let part = telling_part(session, readings);
     let solved = solve_from(session, &part, start, environment)?;
     let sample = sample.with_noise_of(session, solved.readings())?;
@@ -154,10 +183,20 @@ pub(super) fn answer(
     wanted: TestsWanted,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Answer, EstimateError> {
-    let solved = solve(session, readings, known, environment)?;
-    let solved = look_elsewhere(solved, session, (readings, known), environment)?;
-    let doubtful = solved.may_hide_mistake(session)?;
-    let mistake = if doubtful { contradicting_mistake(session, &solved, environment)? } else { None };
+    let start = start(session, readings, known, environment)?;
+    let evident = evident_swap(session, &start.sample, &start.values, environment)?;
+    let solved = match evident {
+        Some(_) => solve_briefly(session, readings, &start.values, environment)?,
+        None => {
+            let solved = solve_after(start, session, readings, known, environment)?;
+            look_elsewhere(solved, session, (readings, known), environment)?
+        }
+    };
+    let doubtful = evident.is_some() || solved.may_hide_mistake(session)?;
+    let mistake = match evident {
+        None if doubtful => contradicting_mistake(session, &solved, environment)?,
+        evident => evident,
+    };
     // Where no value will be told, no interval is asked for.
     let explains_nothing = doubtful && solved.leaves_all_unexplained(session, &solved.judge(session))?;
     let solved =

@@ -19,6 +19,20 @@ pub(in crate::joint) struct Mistake {
     pub advice: String,
 }
 
+/// A mistake that explains what a solution does not.
+#[derive(Clone, Debug)]
+pub(in crate::joint) struct Cause {
+    pub mistake: Mistake,
+    /// Whether next to nothing is left to explain: what else was found of the residuals comes of it then.
+    pub explains_all: bool,
+}
+
+impl From<Mistake> for Cause {
+    fn from(mistake: Mistake) -> Cause {
+        Cause { mistake, explains_all: true }
+    }
+}
+
 /// What may be tried: each kind of mistake has a file that implements it, and `search.rs` lists them.
 pub(super) trait Hypothesis: Debug + Send + Sync {
     /// The session as it would be right.

@@ -15,7 +15,8 @@ use gravcal_robot_model::session::Session;
 
 use super::changed_load::changed_loads;
 use super::exchanged_axes::ExchangedAxes;
-use super::hypothesis::{Hypothesis, Mistake, Rival};
+use super::exchanged_load::hidden_exchange;
+use super::hypothesis::{Cause, Hypothesis, Mistake, Rival};
 use super::likelihood::decisively_likelier;
 use super::other_link::OtherLink;
 use super::reversed::{all_reversed, reversed_beside_others, reversed_wrist, solve_with};
@@ -30,12 +31,12 @@ use crate::joint::starting::start::start_cost;
 use crate::joint::variables::State;
 
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
-const BETTER_START: f64 = 0.7;
-const BETTER: f64 = 0.2;
+pub(super) const BETTER_START: f64 = 0.7;
+pub(super) const BETTER: f64 = 0.2;
 /// A mistake that leaves so large a share of the residuals is not the only one.
 const MOST_OF_IT: f64 = 0.25;
 /// How many of the most promising are solved for.
-const SOLVED: usize = 3;
+pub(super) const SOLVED: usize = 3;
 /// Arms of few joints look much alike with one axis turned round as with another mistake: that one must explain the readings so much better to be named.
 const TURNED_ROUND: f64 = 0.5;
 
@@ -55,27 +56,30 @@ pub(in crate::joint) fn contradicting_mistake(
     session: &Session,
     solved: &Solved,
     environment: &SolveEnvironment<'_>,
-) -> Result<Option<Mistake>, EstimateError> {
+) -> Result<Option<Cause>, EstimateError> {
     if solved.estimate.termination == Termination::Stopped || environment.stopped() {
         return Ok(None);
     }
     match reversed_beside_others(session, solved, environment)? {
-        Some(reversed) => Ok(Some(reversed)),
+        Some(reversed) => Ok(Some(reversed.into())),
         None => other_mistake(session, solved, environment),
     }
 }
 
-/// Looks for a mistake of which residuals say nothing: signs that turn those of all masses.
+/// Looks for a mistake of which residuals say nothing: exchanged tables, and signs that turn those of all masses.
 pub(in crate::joint) fn hidden_mistake(
     session: &Session,
     solved: &Solved,
     environment: &SolveEnvironment<'_>,
-) -> Result<Option<Mistake>, EstimateError> {
+) -> Result<Option<Cause>, EstimateError> {
     if solved.estimate.termination == Termination::Stopped || environment.stopped() {
         return Ok(None);
     }
+    if let Some(exchanged) = hidden_exchange(session, solved, environment)? {
+        return Ok(Some(exchanged.into()));
+    }
     let reversed = all_reversed(session, solved, environment)?;
-    Ok(reversed.or_else(|| reversed_wrist(session, solved)))
+    Ok(reversed.or_else(|| reversed_wrist(session, solved)).map(Cause::from))
 }
 
 /// Looks for one thing other than a torque sensor's sign that explains what a solution does not.
@@ -83,7 +87,7 @@ fn other_mistake(
     session: &Session,
     solved: &Solved,
     environment: &SolveEnvironment<'_>,
-) -> Result<Option<Mistake>, EstimateError> {
+) -> Result<Option<Cause>, EstimateError> {
     // Noise found from residuals would excuse the very joints that are swapped.
     let unexcused = solved.readings().unexcused(session);
     let readings = telling_part(session, &unexcused);
@@ -204,24 +208,34 @@ struct Explanation {
 
 impl Explanation {
     /// `as_good`: what explains the readings about as well.
-    fn report(&self, session: &Session, as_good: Option<&dyn Hypothesis>) -> Mistake {
-        let (what, cure) = self.hypothesis.words(session);
-        let or = as_good.map(|other| other.words(session)).map_or_else(String::new, |(what, cure)| {
-            format!(" Another cause explains them about as well: {what}. {cure}")
-        });
-        let share = 100.0 * (self.after / self.before).sqrt();
-        let advice = match share < 100.0 * MOST_OF_IT {
-            true => format!(
-                "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \
-                 were. {cure}{or}"
-            ),
-            false => format!(
-                "One cause may be {what}: with that mended, the residuals of all readings fall, but only to {share:.0} % of what \
-                 they were. Something else is wrong, or this is what looks most like it. {cure}{or}"
-            ),
-        };
-        Mistake { what, advice }
+    fn report(&self, session: &Session, as_good: Option<&dyn Hypothesis>) -> Cause {
+        in_words(&*self.hypothesis, session, (self.after / self.before).sqrt(), as_good)
     }
+}
+
+/// A hypothesis that leaves such a share of the residuals; `as_good`: what explains the readings about as well.
+pub(super) fn in_words(
+    hypothesis: &dyn Hypothesis,
+    session: &Session,
+    share: f64,
+    as_good: Option<&dyn Hypothesis>,
+) -> Cause {
+    let (what, cure) = hypothesis.words(session);
+    let or = as_good
+        .map(|other| other.words(session))
+        .map_or_else(String::new, |(what, cure)| format!(" Another cause explains them about as well: {what}. {cure}"));
+    let percent = 100.0 * share;
+    let advice = match share < MOST_OF_IT {
+        true => format!(
+            "The likely cause is {what}: with that mended, the residuals of all readings fall to {percent:.2} % of what they \
+             were. {cure}{or}"
+        ),
+        false => format!(
+            "One cause may be {what}: with that mended, the residuals of all readings fall, but only to {percent:.0} % of what \
+             they were. Something else is wrong, or this is what looks most like it. {cure}{or}"
+        ),
+    };
+    Cause { mistake: Mistake { what, advice }, explains_all: share < MOST_OF_IT }
 }
 
 /// The one of two that is named, and an axis turned round that explains the readings about as well as the other.
@@ -287,7 +301,7 @@ mod tests {
         assert_eq!(named([1.0, 1.9]), (what(&half_turned), Some(what(&turned_round))));
         assert_eq!(named([1.0, 2.1]), (what(&half_turned), None));
         assert!(likeliest(None, explains(turned_round, 1.0)).is_some() && likeliest(None, None).is_none());
-        let advice = explains(half_turned, 1.0).unwrap().report(&session, Some(&turned_round)).advice;
+        let advice = explains(half_turned, 1.0).unwrap().report(&session, Some(&turned_round)).mistake.advice;
         assert!(
             advice.contains("half a turn away: joint1") && advice.contains("as well: joint that turns"),
             "{advice}"

@@ -3,7 +3,7 @@
 use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
-use crate::joint::mistakes::hypothesis::Mistake;
+use crate::joint::mistakes::hypothesis::Cause;
 use crate::joint::model_error::pose_errors::PoseErrors;
 use crate::joint::reporting::payloads::payloads;
 use crate::joint::solved::Solved;
@@ -41,7 +41,7 @@ pub(in crate::joint) struct Answer {
 pub(in crate::joint) struct LookedForMistakes {
     /// Whether the fit said nothing for the session, so that any were looked for.
     pub doubtful: bool,
-    pub found: Option<Mistake>,
+    pub found: Option<Cause>,
 }
 
 impl Answer {

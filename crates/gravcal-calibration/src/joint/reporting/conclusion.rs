@@ -5,7 +5,7 @@ use gravcal_robot_model::session::Session;
 
 use crate::joint::error::EstimateError;
 use crate::joint::mistakes::bad_readings::bad_readings;
-use crate::joint::mistakes::hypothesis::Mistake;
+use crate::joint::mistakes::hypothesis::{Cause, Mistake};
 use crate::joint::mistakes::search::{contradicting_mistake, hidden_mistake};
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::Answer;
@@ -77,7 +77,7 @@ impl Answer {
         let excused = self.solved.has_large_unexplained_errors(session)?;
         if let Some(mistake) = self.mistake(session, &findings, environment)? {
             self.forget_mirrored(session, &mut findings);
-            findings.fail_first(mistake);
+            findings.fail_because_of(mistake);
         } else if let Some(bad) = self.bad_readings(session, environment)? {
             match self.contradicted_noise(session)? {
                 Some(contradicted) => {
@@ -123,7 +123,7 @@ impl Answer {
         session: &Session,
         findings: &Findings,
         environment: &SolveEnvironment<'_>,
-    ) -> Result<Option<Mistake>, EstimateError> {
+    ) -> Result<Option<Cause>, EstimateError> {
         let contradicting = match (self.mistakes.doubtful, findings.failed()) {
             (false, true) => contradicting_mistake(session, &self.solved, environment)?,
             _ => self.mistakes.found.clone(),

@@ -176,6 +176,19 @@ fn solve_with_noise_from(
     solve_built(built(&readings, &start)?.resting_at_start(), environment)
 }
 
+/// Where a few iterations lead with the noise as it is stated, or first guessed: for a session that nothing explains.
+///
+/// # Errors
+/// As [`solve_from`].
+pub(in crate::joint) fn solve_briefly(
+    session: &Session,
+    readings: &MeasurementSet,
+    start: &State,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Solved, EstimateError> {
+    solve_built(build_with_constraints(session, readings, start)?, &environment.within(NOISE_ITERATIONS))
+}
+
 /// Solves a problem as it is built, and judges the solution.
 pub(crate) fn solve_built(built: JointProblem, environment: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
     let (built, estimate) = fit(&built, &environment.within(ITERATIONS))?;

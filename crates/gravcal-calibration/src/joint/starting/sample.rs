@@ -87,6 +87,11 @@ impl Sample {
         self.built.starting_at(session, start)
     }
 
+    /// How many unknowns its problem has.
+    pub fn columns(&self) -> usize {
+        self.built.problem.columns().len()
+    }
+
     /// A cost that explains its readings.
     pub fn explained(&self) -> f64 {
         EXPLAINED * self.readings.count() as f64

@@ -6,7 +6,7 @@
 //! | partly determined | something that is asked for is open, or something was found that leaves intervals in doubt |
 //! | determined | else |
 
-use crate::joint::mistakes::hypothesis::Mistake;
+use crate::joint::mistakes::hypothesis::{Cause, Mistake};
 use crate::result::Verdict;
 
 /// What was found of a solution.
@@ -75,6 +75,14 @@ impl Findings {
         self.reason_first([mistake.advice]);
     }
 
+    /// Nothing can be relied on, and this is why. Where it explains all, what else was found is only remarked on: it comes of the same.
+    pub fn fail_because_of(&mut self, Cause { mistake, explains_all }: Cause) {
+        if explains_all {
+            self.remarks.splice(0..0, std::mem::take(&mut self.reasons));
+        }
+        self.fail_first(mistake);
+    }
+
     /// The verdict; `complete`: whether all that is asked for is determined.
     pub fn verdict(&self, complete: bool) -> Verdict {
         match (self.failed(), complete && !self.doubt) {
@@ -123,5 +131,26 @@ mod tests {
         assert_eq!(failure.as_deref(), Some("c"));
         assert_eq!(reasons, ["mend c", "mend a", "mend b", "d"]);
         assert_eq!(remarks, ["another"]);
+    }
+
+    #[test]
+    fn what_explains_all_is_the_only_reason() {
+        let reported = |explains_all: bool| {
+            let mut findings = Findings::none(true);
+            findings.fail(mistake("a"));
+            findings.remark("a remark".into());
+            findings.fail_because_of(Cause { mistake: mistake("b"), explains_all });
+            findings.reported()
+        };
+        let (failure, [reasons, remarks]) = reported(true);
+        assert_eq!(
+            (failure.as_deref(), reasons, remarks),
+            (Some("b"), vec!["mend b".into()], vec!["mend a".to_owned(), "a remark".into()])
+        );
+        let (failure, [reasons, remarks]) = reported(false);
+        assert_eq!(
+            (failure.as_deref(), reasons, remarks),
+            (Some("b"), vec!["mend b".into(), "mend a".to_owned()], vec!["a remark".into()])
+        );
     }
 }
