@@ -198,6 +198,13 @@ pub struct Brief {
     pub parameters: Vec<ParameterResult>,
 }
 
+impl Brief {
+    /// The parameter of this name (`joint1.torque_gain`).
+    pub fn parameter(&self, name: &str) -> Option<&ParameterResult> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+}
+
 /// One iteration of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Iteration {

@@ -8,9 +8,9 @@
 //! - *modelled*: sensors do not see it, and the joint estimator has it as an unknown.
 
 use gravcal_calibration::SolveEnvironment;
-use gravcal_calibration::joint::{EstimateError, Signals, State, estimate_jointly};
-use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::sequential::{Plan, report_steps, run_steps};
+use gravcal_calibration::joint::{EstimateError, Signals, State, estimate_briefly, select};
+use gravcal_calibration::result::Brief;
+use gravcal_calibration::sequential::{Plan, report_steps_briefly, run_steps};
 use gravcal_estimation::Solver;
 use gravcal_estimation::statistics::Quantile;
 use gravcal_robot_model::Session;
@@ -157,17 +157,20 @@ impl Study<'_> {
         })
     }
 
-    fn estimate(&self, treatment: Treatment, session: &Session) -> Result<EstimatorResult, EstimateError> {
+    fn estimate(&self, treatment: Treatment, session: &Session) -> Result<Brief, EstimateError> {
         let quiet = |_: &str| {};
         let environment = SolveEnvironment::new(self.solver, &quiet);
         let steps = run_steps(session, &Plan::new(session), &environment);
         match treatment {
-            Treatment::SequentialUnseen | Treatment::SequentialSeen => report_steps(session, &steps, &environment),
-            _ => estimate_jointly(session, Signals::All, steps.as_start(session).as_ref(), &environment),
+            Treatment::SequentialUnseen | Treatment::SequentialSeen => Ok(report_steps_briefly(session, &steps)),
+            _ => {
+                let readings = select(session, Signals::All);
+                estimate_briefly(session, &readings, steps.as_start(session).as_ref(), &environment)
+            }
         }
     }
 
-    fn outcome(&self, quantity: Measured, session: &Session, result: &EstimatorResult) -> Option<Outcome> {
+    fn outcome(&self, quantity: Measured, session: &Session, result: &Brief) -> Option<Outcome> {
         let truth = quantity.of(&self.simulation.truth);
         let (value, [low, high]) = match quantity {
             Measured::Gravity(axis) => {

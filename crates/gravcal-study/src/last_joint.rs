@@ -10,7 +10,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use gravcal_calibration::SolveEnvironment;
-use gravcal_calibration::joint::{Signals, State, estimate_jointly};
+use gravcal_calibration::joint::{Signals, State, estimate_briefly, select};
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use gravcal_estimation::Solver;
 use gravcal_robot_model::parameter::SensorParameter;
@@ -103,7 +103,8 @@ struct Found {
 fn calibrate(arm: &Simulation, solver: &dyn Solver) -> Option<Found> {
     let session = arm.session(0);
     let quiet = |_: &str| {};
-    let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(solver, &quiet)).ok()?;
+    let (readings, environment) = (select(&session, Signals::All), SolveEnvironment::new(solver, &quiet));
+    let result = estimate_briefly(&session, &readings, None, &environment).ok()?;
     let last = session.robot.chain.joints().last()?;
     let name = SensorParameter::TorqueGain.name(&last.name);
     let reported = result.parameter(&name)?;

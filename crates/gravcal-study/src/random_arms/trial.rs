@@ -1,8 +1,8 @@
 //! One arm, solved from where the estimator starts by itself and from the true values.
 
 use gravcal_calibration::SolveEnvironment;
-use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, estimate_jointly};
-use gravcal_calibration::result::EstimatorResult;
+use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, estimate_briefly};
+use gravcal_calibration::result::Brief;
 use gravcal_estimation::Solver;
 use gravcal_robot_model::Session;
 use gravcal_session::simulation::Simulation;
@@ -89,18 +89,19 @@ fn compare(number: u64, simulation: &Simulation, solver: &dyn Solver) -> Result<
 
 /// Whether the estimator tells as determined what is not so.
 fn is_misleading(simulation: &Simulation, session: &Session, environment: &SolveEnvironment<'_>) -> bool {
-    let Ok(result) = estimate_jointly(session, Signals::All, None, environment) else { return false };
+    let readings = joint::select(session, Signals::All);
+    let Ok(result) = estimate_briefly(session, &readings, None, environment) else { return false };
     has_wrong_gravity(simulation, &result) || has_wrong_sensor(simulation, session, &result)
 }
 
-fn has_wrong_gravity(simulation: &Simulation, result: &EstimatorResult) -> bool {
+fn has_wrong_gravity(simulation: &Simulation, result: &Brief) -> bool {
     result.gravity.as_ref().is_some_and(|found| {
         let components = found.vector_m_per_s2.iter().zip(simulation.truth.gravity).zip(found.std_m_per_s2);
         components.into_iter().any(|((value, truth), std)| (value - truth).abs() > WRONG * std)
     })
 }
 
-fn has_wrong_sensor(simulation: &Simulation, session: &Session, result: &EstimatorResult) -> bool {
+fn has_wrong_sensor(simulation: &Simulation, session: &Session, result: &Brief) -> bool {
     measured_quantities(session).into_iter().any(|quantity| {
         result.parameter(&quantity.name(session)).is_some_and(|parameter| {
             let (Some(value), Some(std)) = (parameter.value, parameter.std) else { return false };
