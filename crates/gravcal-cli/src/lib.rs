@@ -45,7 +45,7 @@ pub use failure::Failure;
 pub use names::{Choice, ChosenSolver};
 pub use stopwatch::{Phase, Stopwatch};
 
-/// Calibrates a robot's joint torque and position sensors, and gravity in its base frame, from static poses.
+/// Calibrates a robot's joint torque and position sensors, and gravity in its base frame, from static poses, slow sweeps or motion.
 #[derive(Debug, Parser)]
 #[command(name = "gravcal", version, after_help = AFTER_HELP, after_long_help = AFTER_LONG_HELP)]
 struct Arguments {
@@ -77,11 +77,13 @@ What a session is:
   how strong gravity is and roughly where it points, known loads, units and
   nominal values of the sensors, and which tables of static poses belong to it.
   A static pose is one row of a CSV file: the joints' position and torque
-  readings while the robot stands still. Paths in a session are relative to it.
+  readings while the robot stands still. Or the tables are recordings (MCAP, ROS
+  bags, Parquet, CSV) in which gravcal finds standstills, slow sweeps, or uses
+  the whole motion. Paths in a session are relative to it.
 
 From a robot to its calibration:
   1. Record a few poses.
-     gravcal inspect recording.csv --session session.toml
+     gravcal inspect recording.csv --robot robot.toml --session session.toml
      tells what is in a recording, and draws up a session of it to complete.
   2. gravcal check session.toml
      tells what these poses can and cannot determine, and what would cure it.
