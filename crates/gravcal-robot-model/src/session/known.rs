@@ -24,7 +24,7 @@ impl GravityPrior {
 
     /// The same with the opposite hemisphere, where one is declared.
     pub fn other_hemisphere(&self) -> GravityPrior {
-        GravityPrior { hemisphere: self.hemisphere.map(|pole| pole.map(|component| -component)), ..self.clone() }
+        GravityPrior { hemisphere: self.hemisphere.map(|pole| pole.map(|component| -component)), ..*self }
     }
 }
 
