@@ -129,7 +129,7 @@ load = "plate"
 
     fn named(session: &Session) -> Option<String> {
         let result = estimate(session);
-        let named = result.notes.into_iter().find(|note| note.contains("with and without load"));
+        let named = result.notes.into_iter().find(|note| note.contains("with and without load plate exchanged"));
         assert_eq!(result.verdict == Verdict::Failed, named.is_some());
         named
     }
