@@ -44,11 +44,19 @@ fn windows_of(rows: impl Iterator<Item = [f64; 3]>) -> Result<MotionWindows, Rea
 }
 
 fn windows_by(rule: &WindowRule, rows: impl Iterator<Item = [f64; 3]>) -> Result<MotionWindows, ReadError> {
+    windows_as(&mapping(), rule, rows)
+}
+
+fn windows_as(
+    mapping: &PoseMapping,
+    rule: &WindowRule,
+    rows: impl Iterator<Item = [f64; 3]>,
+) -> Result<MotionWindows, ReadError> {
     let folder = tempfile::tempdir().unwrap();
     let path: PathBuf = folder.path().join("motion.csv");
     let text: String = rows.map(|[t, q, tau]| format!("{t:.17},{q:.17},{tau:.17}\n")).collect();
     fs::write(&path, format!("time_s,q,tau\n{text}")).unwrap();
-    motion_windows(&path, &mut *open(&path).unwrap(), &mapping(), rule)
+    motion_windows(&path, &mut *open(&path).unwrap(), mapping, rule)
 }
 
 /// Position, velocity and acceleration of a smooth motion.
@@ -79,6 +87,30 @@ fn a_window_of_an_arm_that_stands_is_its_static_pose() {
             assert!((sample.position[0] - 0.7).abs() < 1e-15);
         }
         assert!((window.resting[0] - 1.0).abs() < 1e-12);
+    }
+}
+
+/// A torque of 2 N·m that goes up and down slowly, read by a sensor that ends at 1 N·m, below or above.
+#[test]
+fn a_window_that_holds_a_reading_at_either_end_of_the_range_has_no_torque() {
+    for side in [1.0, -1.0] {
+        let torque = |t: f64| side * (2.0 * (PI * t).sin()).min(1.0);
+        let mut ending = mapping();
+        let (column, _) = ending.torques[0].as_mut().unwrap();
+        if side > 0.0 {
+            column.highest = Some(1.0)
+        } else {
+            column.lowest = Some(-1.0)
+        }
+        let found = windows_as(&ending, &rule(), times(1600).map(|t| [t, motion(t)[0], torque(t)])).unwrap().found;
+        let (with, without): (Vec<_>, Vec<_>) = found.iter().partition(|window| window.pose.torque[0].is_some());
+        assert!(with.len() > 20 && without.len() > 20, "{} {}", with.len(), without.len());
+        assert!(without.iter().all(|window| window.pose.saturated == [0]));
+        let reaches = |window: &&&MotionWindow| {
+            let [from, until] = window.interval.map(|t| (t * RATE).round() as usize);
+            (from + 2..until - 1).any(|row| side * torque(row as f64 / RATE) >= 1.0)
+        };
+        assert_eq!((with.iter().filter(reaches).count(), side), (0, side));
     }
 }
 

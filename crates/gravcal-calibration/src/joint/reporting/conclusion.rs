@@ -75,9 +75,9 @@ impl Answer {
         self.remark_on_gravity_upwards(session, &mut findings);
         self.remark_on_earlier(session, &mut findings, environment)?;
         let excused = self.solved.has_large_unexplained_errors(session)?;
-        if let Some(mistake) = self.mistake(session, &findings, environment)? {
+        if let Some(cause) = self.cause(session, &findings, environment)? {
             self.forget_mirrored(session, &mut findings);
-            findings.fail_because_of(mistake);
+            findings.fail_because_of(cause);
         } else if let Some(bad) = self.bad_readings(session, environment)? {
             match self.contradicted_noise(session)? {
                 Some(contradicted) => {
@@ -118,7 +118,7 @@ impl Answer {
     }
 
     /// What the session may have got wrong.
-    fn mistake(
+    fn cause(
         &self,
         session: &Session,
         findings: &Findings,
