@@ -11,6 +11,7 @@ pub(super) mod friction_by_load;
 pub(super) mod pose_errors;
 pub(super) mod settling;
 mod shifted_readings;
+mod slopes;
 mod turned_instruments;
 mod uneven_sweeps;
 pub(super) mod unexplained;

@@ -163,18 +163,8 @@ impl Solved {
     /// # Errors
     /// Where a residual cannot be evaluated.
     pub(crate) fn slope_of_coordinate(&self, joint: usize, rows: usize) -> Result<Vec<f64>, EvaluateError> {
-        let block = self.built.variables.sensors[joint][SensorParameter::PositionOffset as usize];
-        let at = |step: f64| {
-            let mut values = self.estimate.values.clone();
-            values.set(block, &[values.scalar(block) + step]);
-            self.built.problem.residuals(&values)
-        };
-        let (ahead, behind) = (at(STEP)?, at(-STEP)?);
-        let readings = self.built.rows.len();
-        let mut slope: Vec<f64> =
-            ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).take(readings).collect();
-        slope.resize(rows, 0.0);
-        Ok(slope)
+        let offset = self.built.variables.sensors[joint][SensorParameter::PositionOffset as usize];
+        self.slope(rows, STEP, |values, by| values.set(offset, &[values.scalar(offset) + by]))
     }
 
     /// The rows of each pose, with `A` between any two of them.

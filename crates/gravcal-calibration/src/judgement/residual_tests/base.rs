@@ -28,23 +28,14 @@ pub struct TurnedGravity {
 }
 
 impl TurnedGravity {
-    /// By differences: its size is known, and what is open of its direction has no column. `rows`: of the problem that is judged, whose first ones are the
-    /// readings.
+    /// `rows`: of the problem that is judged, whose first ones are the readings.
     pub fn new(solved: &Solved, rows: usize) -> Result<TurnedGravity, EvaluateError> {
-        let (problem, block) = (&solved.built.problem, solved.built.variables.gravity);
+        let block = solved.built.variables.gravity;
         let g = Vector3::from_column_slice(solved.estimate.values.get(block));
         let across = g.cross(&Vector3::ith(g.iamin(), 1.0)).normalize();
         let axes = [across, g.cross(&across).normalize()];
         let of_axis = |axis: Vector3<f64>| {
-            let at = |angle: f64| {
-                let mut values = solved.estimate.values.clone();
-                values.set(block, (g + angle * axis.cross(&g)).as_slice());
-                problem.residuals(&values)
-            };
-            let (ahead, behind) = (at(STEP)?, at(-STEP)?);
-            let mut column: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).collect();
-            column.resize(rows, 0.0);
-            Ok(column)
+            solved.slope(rows, STEP, |values, angle| values.set(block, (g + angle * axis.cross(&g)).as_slice()))
         };
         Ok(TurnedGravity { columns: [of_axis(axes[0])?, of_axis(axes[1])?], axes })
     }

@@ -1,6 +1,6 @@
 //! What is looked for, and which of it is named next: p-values corrected for their number.
 
-use super::columns::Term;
+use super::terms::{Recorder, Stated, Surroundings, Term};
 use crate::result::ResidualTest;
 
 /// Probability, corrected for the number of tests, below which something is named.
@@ -21,7 +21,7 @@ pub struct Tested {
 }
 
 /// What is looked for, and where.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Candidate {
     Term(usize, Term),
     Neighbours(usize),
@@ -46,11 +46,11 @@ pub fn next(found: &[Tested]) -> usize {
     let instead = match &first.candidate {
         // A zero that is stated wrongly turns a link, which is a joint that sits elsewhere and is tilted: one wrong number is likelier than several.
         Candidate::OfArm(term) if term.is_of_description() => {
-            telling_most(found, |candidate| matches!(candidate, Candidate::Term(_, Term::StatedSensor(_))))
+            telling_most(found, |candidate| matches!(candidate, Candidate::Term(_, Term::Stated(Stated::Sensor(_)))))
                 .filter(|(_, other)| other.gain > AS_MUCH * first.gain)
         }
         // One number is less likely chance than three; but wrong lengths are likelier than a wrong clock, where they explain more.
-        Candidate::OfArm(Term::ClockRate | Term::BaseGivesWay) => {
+        Candidate::OfArm(Term::Recorder(Recorder::ClockRate) | Term::Surroundings(Surroundings::BaseGivesWay)) => {
             telling_most(found, |candidate| matches!(candidate, Candidate::OfArm(term) if term.is_of_description()))
                 .filter(|(_, other)| other.gain > first.gain)
         }

@@ -14,31 +14,40 @@
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::candidate::{Candidate, Tested};
-use super::columns::{ALL_JOINTS, Term};
+use super::columns::ALL_JOINTS;
 use super::rows::MANY;
+use super::terms::{Friction, PositionZero, SensorGain, SensorZero, Term};
 use crate::result::ResidualTest;
+
+/// A zero that drifts steadily.
+pub const DRIFT: Term = Term::Zero(SensorZero::Trend);
 
 /// The joint, of so many, of whose zero a candidate says that it drifts steadily.
 pub fn drift_of_joint(candidate: &Candidate, joints: usize) -> Option<usize> {
     match candidate {
-        Candidate::Term(channel, Term::Trend) => Some(*channel).filter(|joint| *joint < joints),
+        Candidate::Term(channel, DRIFT) => Some(*channel).filter(|joint| *joint < joints),
         _ => None,
     }
 }
 
 /// What other channels may have where a candidate is so, and the channels in which it is known.
 pub fn not_alone(candidate: &Candidate, joints: usize) -> Option<(Term, Vec<usize>)> {
-    use Term::{FrictionTrend, PositionOffsets, TorqueGainTrend, TorqueGains, Trend, TrendCurve, TrendInTables};
-    match candidate {
-        Candidate::Term(channel, Trend | TrendInTables) => Some((Trend, vec![*channel])),
-        Candidate::DriftOfAll => Some((Trend, (0..joints).collect())),
-        Candidate::Term(
-            joint,
-            term @ (TorqueGains | TorqueGainTrend | FrictionTrend | PositionOffsets | TrendCurve),
-        ) => Some((term.clone(), vec![*joint])),
-        Candidate::Together(term @ (TorqueGains | TorqueGainTrend | FrictionTrend)) => {
-            Some((term.clone(), (0..joints).collect()))
-        }
+    match *candidate {
+        Candidate::Term(channel, term) => others_may_have(term).map(|other| (other, vec![channel])),
+        Candidate::Together(term) => others_may_have(term).map(|other| (other, (0..joints).collect())),
+        Candidate::DriftOfAll => Some((DRIFT, (0..joints).collect())),
+        Candidate::OfArm(_) | Candidate::Neighbours(_) => None,
+    }
+}
+
+/// What other channels may have where one has this.
+fn others_may_have(term: Term) -> Option<Term> {
+    match term {
+        Term::Zero(SensorZero::Trend | SensorZero::TrendInTables) => Some(DRIFT),
+        Term::Zero(SensorZero::Curve)
+        | Term::Gain(SensorGain::InTables | SensorGain::Trend)
+        | Term::Friction(Friction::Trend)
+        | Term::PositionZero(PositionZero::InTables) => Some(term),
         _ => None,
     }
 }

@@ -1,6 +1,6 @@
 //! What is stated of loads without a standard deviation: a mass, a place, a distance between two.
 
-use gravcal_estimation::{BlockId, EvaluateError};
+use gravcal_estimation::{BlockId, EvaluateError, Values};
 use gravcal_robot_model::session::{LoadDistance, Session};
 
 use crate::joint::{Solved, State, build_problem};
@@ -23,17 +23,9 @@ pub struct StatedLoad {
 /// # Errors
 /// Where a residual cannot be evaluated beside the solution.
 pub fn stated_loads(session: &Session, solved: &Solved, rows: usize) -> Result<Vec<StatedLoad>, EvaluateError> {
-    let here = solved.built.problem.residuals(&solved.estimate.values)?;
-    let slope = |there: Vec<f64>, step: f64| slope(solved, &here, there, (step, rows));
     let of = |load: usize| {
-        let mut stated = StatedLoad::default();
-        if let Some((there, step)) = heavier(session, solved, load)? {
-            stated.mass = vec![slope(there, step)];
-        }
-        if let Some(there) = aside(session, solved, load)? {
-            stated.placement = there.map(|there| slope(there, ASIDE)).into();
-        }
-        Ok(stated)
+        let (mass, placement) = (heavier(session, solved, load, rows)?, aside(session, solved, load, rows)?);
+        Ok(StatedLoad { mass: mass.into_iter().collect(), placement })
     };
     (0..session.loads.len()).map(of).collect()
 }
@@ -44,14 +36,14 @@ pub fn stated_loads(session: &Session, solved: &Solved, rows: usize) -> Result<V
 /// # Errors
 /// Where a residual cannot be evaluated beside the solution.
 pub fn stated_distances(session: &Session, solved: &Solved, rows: usize) -> Result<Vec<Vec<Vec<f64>>>, EvaluateError> {
-    let here = solved.built.problem.residuals(&solved.estimate.values)?;
     let of = |stated: &LoadDistance| {
         let Some(displacement) = displacement(solved, stated) else { return Ok(Vec::new()) };
-        let mut values = solved.estimate.values.clone();
-        let longer: Vec<f64> = values.get(displacement).iter().map(|along| (1.0 + MORE) * along).collect();
-        values.set(displacement, &longer);
-        let there = solved.built.problem.residuals(&values)?;
-        Ok(vec![slope(solved, &here, there, (MORE * stated.distance, rows))])
+        let longer = |values: &mut Values, by: f64| {
+            let other = values.get(displacement).iter().map(|along| (1.0 + by / stated.distance) * along);
+            let other: Vec<f64> = other.collect();
+            values.set(displacement, &other);
+        };
+        Ok(vec![solved.slope(rows, MORE * stated.distance, longer)?])
     };
     session.load_distances.iter().map(of).collect()
 }
@@ -69,17 +61,9 @@ fn displacement(solved: &Solved, stated: &LoadDistance) -> Option<BlockId> {
     ends.and_then(|(a, b)| beyond(a, b).or_else(|| beyond(b, a)))
 }
 
-/// The difference of whitened residuals for a unit of what differs by a step, over so many rows, of which the readings are the first.
-fn slope(solved: &Solved, here: &[f64], there: Vec<f64>, (step, rows): (f64, usize)) -> Vec<f64> {
-    let slopes = there.into_iter().zip(here).map(|(there, here)| (there - here) / step);
-    let mut column: Vec<f64> = slopes.take(solved.built.rows.len()).collect();
-    column.resize(rows, 0.0);
-    column
-}
-
-/// Whitened residuals with a load that is heavier, and by how much, kg; nothing where its mass is an unknown or nobody carries it, and where moments
-/// are described by sweep, which tell loads of one mass alone.
-fn heavier(session: &Session, solved: &Solved, load: usize) -> Result<Option<(Vec<f64>, f64)>, EvaluateError> {
+/// What a kilogram more does; nothing where the mass is an unknown or nobody carries it, and where moments are described by sweep, which tell loads of one
+/// mass alone.
+fn heavier(session: &Session, solved: &Solved, load: usize, rows: usize) -> Result<Option<Vec<f64>>, EvaluateError> {
     let is_stated = !session.loads[load].is_unknown() && session.load_mass(load).is_none();
     let variables = &solved.built.variables;
     if !is_stated || variables.loads[load].is_none() || variables.inertia.is_empty() {
@@ -89,22 +73,27 @@ fn heavier(session: &Session, solved: &Solved, load: usize) -> Result<Option<(Ve
     heavier.loads[load].mass += step;
     let state = solved.state(&State::nominal(session));
     let Ok(built) = build_problem(&heavier, solved.readings(), &state) else { return Ok(None) };
-    Ok(Some((built.problem.residuals(&solved.estimate.values)?, step)))
+    let here = solved.built.problem.residuals(&solved.estimate.values)?;
+    let there = built.problem.residuals(&solved.estimate.values)?;
+    let slopes = there.iter().zip(&here).map(|(there, here)| (there - here) / step);
+    let mut slopes: Vec<f64> = slopes.take(solved.built.rows.len()).collect();
+    slopes.resize(rows, 0.0);
+    Ok(Some(slopes))
 }
 
-/// The same with a load that hangs a step aside along each axis; nothing where its place is an unknown.
-fn aside(session: &Session, solved: &Solved, load: usize) -> Result<Option<[Vec<f64>; 3]>, EvaluateError> {
+/// What a metre along each axis does; nothing where the place is an unknown.
+fn aside(session: &Session, solved: &Solved, load: usize, rows: usize) -> Result<Vec<Vec<f64>>, EvaluateError> {
     let is_stated = session.loads[load].position.is_some() && session.loads[load].position_std.is_none();
     // With a position of its own a load is tied to no other: its placement is one block.
-    let (true, Some([placement])) = (is_stated, solved.built.variables.loads[load].as_deref()) else {
-        return Ok(None);
+    let (true, Some(&[placement])) = (is_stated, solved.built.variables.loads[load].as_deref()) else {
+        return Ok(Vec::new());
     };
     let along = |axis: usize| {
-        let mut values = solved.estimate.values.clone();
-        let mut position = values.get(*placement).to_vec();
-        position[axis] += ASIDE;
-        values.set(*placement, &position);
-        solved.built.problem.residuals(&values)
+        solved.slope(rows, ASIDE, |values, by| {
+            let mut position = values.get(placement).to_vec();
+            position[axis] += by;
+            values.set(placement, &position);
+        })
     };
-    Ok(Some([along(0)?, along(1)?, along(2)?]))
+    (0..3).map(along).collect()
 }

@@ -3,9 +3,9 @@
 use gravcal_estimation::statistics::ResidualMaker;
 
 use super::candidate::Candidate;
-use super::columns::Term;
 use super::rows::Rows;
 use super::search::Search;
+use super::terms::{Elastic, Term};
 use crate::joint::CURVES;
 
 /// Residuals below this share of the readings' range are those of arithmetic.
@@ -17,39 +17,42 @@ impl Search<'_> {
         let scattered: Vec<usize> =
             (0..rows.channels()).filter(|channel| self.scatters(maker, rows, *channel)).collect();
         let own = |channel: &usize| {
-            let terms = self.columns.terms(*channel).into_iter();
+            let terms = Term::of_channel(&self.columns, *channel).into_iter();
             terms
                 .map(|term| Candidate::Term(*channel, term))
                 .chain([Candidate::Neighbours(*channel)])
                 .collect::<Vec<_>>()
         };
         let of_position = |joint: usize| {
-            let terms = self.columns.terms_of_position(joint).into_iter();
+            let terms = Term::of_coordinate(&self.columns, joint).into_iter();
             terms.map(move |term| Candidate::Term(joint, term)).collect::<Vec<_>>()
         };
         let positions = if scattered.is_empty() { 0 } else { self.session.joints.len() };
         let mut candidates: Vec<Candidate> =
             scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect();
-        let mut of_all =
-            vec![Term::Compliance, Term::TorqueLag, Term::TorqueFilter, Term::TorqueGainTrend, Term::FrictionTrend];
-        if self.columns.tables_of_all().len() == 2 {
-            of_all.push(Term::TorqueGains);
-        }
-        for term in of_all {
-            let own = |candidate: &&Candidate| match candidate {
-                // Where it is in the fit already, nothing needs to be looked for in what the fit leaves.
-                Candidate::Term(joint, Term::Compliance) if self.solved.has_bending(*joint) => false,
-                Candidate::Term(_, own) => *own == term,
-                _ => false,
-            };
-            if candidates.iter().filter(own).count() > 1 {
-                candidates.push(Candidate::Together(term));
-            }
-        }
+        candidates.extend(self.together(&candidates));
         if !scattered.is_empty() {
-            candidates.extend(self.columns.terms_of_arm().into_iter().map(Candidate::OfArm));
+            candidates.extend(Term::of_arm(&self.columns).into_iter().map(Candidate::OfArm));
         }
         candidates
+    }
+
+    /// What two joints or more may have, and have alike.
+    fn together(&self, candidates: &[Candidate]) -> Vec<Candidate> {
+        let alike = |candidate: &Candidate| match *candidate {
+            // Where it is in the fit already, nothing needs to be looked for in what the fit leaves.
+            Candidate::Term(joint, Term::Elastic(Elastic::Compliance)) if self.solved.has_bending(joint) => None,
+            Candidate::Term(_, term) => Some(term).filter(|term| term.lacked().is_alike_in_all_joints(&self.columns)),
+            _ => None,
+        };
+        let (mut seen, mut together) = (Vec::new(), Vec::new());
+        for term in candidates.iter().filter_map(alike) {
+            if seen.contains(&term) && !together.contains(&Candidate::Together(term)) {
+                together.push(Candidate::Together(term));
+            }
+            seen.push(term);
+        }
+        together
     }
 
     /// Whether a channel's residuals are more than the rounding of numbers.

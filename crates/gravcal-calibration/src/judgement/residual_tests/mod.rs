@@ -1,6 +1,6 @@
 //! Tests on residuals: whether what a fit leaves has a shape that noise has not, which tells that its intervals cannot hold.
 //!
-//! For each channel, terms are looked for that the model lacks ([`columns`]), by score tests from the same fit ([`score`]), and whether
+//! For each channel, terms are looked for that the model lacks ([`terms`]), by score tests from the same fit ([`score`]), and whether
 //! neighbouring poses are alike ([`neighbours`]). As there are many tests, p-values are corrected by Holm's method: where the model is
 //! right, anything at all is named with probability [`candidate::SIGNIFICANCE`] at most. What is named is then taken into the model, and all the rest
 //! is tested again, so that one error of the model is told once, by its likeliest name. An order of a harmonic, a file, a size: these are
@@ -11,7 +11,7 @@
 //! over the speed, in their speeds ([`friction_curve`]).
 //!
 //! **What goes with the torque.** A gain that drifts, a reading that goes with the square or cube of its torque, or with the torques of other joints; of
-//! an arm in motion, friction that grows with the torque ([`of_torque`]).
+//! an arm in motion, friction that grows with the torque ([`predicted_torques`]).
 //!
 //! **What changes between tables.** A bias, a gain, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a
 //! base that was moved).
@@ -59,22 +59,22 @@ mod loads;
 mod looked_for;
 mod neighbours;
 mod nothing_named;
-mod of_instruments;
 mod of_solution;
-mod of_torque;
-mod one_test;
 mod order;
+mod predicted_axes;
+mod predicted_torques;
 mod pull;
 mod rows;
 mod score;
 mod search;
 mod taken_as_exact;
+mod terms;
 #[cfg(test)]
 mod tests;
 mod too_large;
 mod uneven_friction;
+mod wording;
 mod words;
-mod words_of_stated;
 
 pub(crate) use of_solution::{ResidualTests, TestsWanted, residual_tests, too_large};
 pub(crate) use words::in_words;

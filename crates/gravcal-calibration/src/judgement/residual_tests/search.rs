@@ -5,16 +5,16 @@ use std::ops::Range;
 
 use gravcal_estimation::in_parallel;
 use gravcal_estimation::statistics::{ResidualMaker, Solution, StatisticsError, moved_by};
-use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::candidate::{Candidate, SIGNIFICANCE, Tested, correct, next, weights};
-use super::columns::{ALL_JOINTS, Columns, Term};
-use super::drift::{drift_of_all, drift_of_joint, not_alone, with_errors};
+use super::columns::{ALL_JOINTS, Columns};
+use super::drift::{DRIFT, drift_of_all, drift_of_joint, not_alone, with_errors};
 use super::in_fit::of_estimate;
 use super::neighbours::Neighbours;
 use super::rows::{MANY, Rows};
-use super::score::{Left, MATTERS, dot, lacking, left_of, score};
+use super::score::{Left, MATTERS, Score, dot, lacking, left_of, score};
+use super::terms::{Elastic, Friction, Stated, Term};
 use crate::joint::{OfReadings, Solved};
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -61,9 +61,11 @@ impl Worst {
     /// `size`: of the term, in its unit.
     fn heed(&mut self, candidate: &Candidate, size: f64, session: &Session) {
         match candidate {
-            Candidate::OfArm(Term::JointPlacement(_)) => self.length = self.length.max(size),
-            Candidate::OfArm(Term::JointTilt(_)) => self.tilt = self.tilt.max(size),
-            Candidate::OfArm(Term::LoadMass(load)) => self.mass = self.mass.max(size / session.loads[*load].mass),
+            Candidate::OfArm(Term::Stated(Stated::JointPlacement(_))) => self.length = self.length.max(size),
+            Candidate::OfArm(Term::Stated(Stated::JointTilt(_))) => self.tilt = self.tilt.max(size),
+            Candidate::OfArm(Term::Stated(Stated::LoadMass(load))) => {
+                self.mass = self.mass.max(size / session.loads[*load].mass);
+            }
             _ => {}
         }
     }
@@ -107,7 +109,7 @@ impl Search<'_> {
                 missing.extend(own);
                 not_alone_in.extend(not_alone(&first.candidate, self.session.joints.len()));
                 worst.heed(&first.candidate, judged.size.abs(), self.session);
-                named_terms.push(first.candidate.clone());
+                named_terms.push(first.candidate);
             }
             named.push(judged);
             // With a term in the model, what it leaves is another.
@@ -132,24 +134,24 @@ impl Search<'_> {
     fn missing(&self, candidate: &Candidate, coefficients: &[f64]) -> Vec<Vec<f64>> {
         let missing = match candidate {
             Candidate::Neighbours(_) => Vec::new(),
-            Candidate::Term(channel, term) => vec![self.columns.missing(*channel, term, coefficients)],
-            Candidate::OfArm(term @ (Term::LoadPlacement(_) | Term::JointPlacement(_) | Term::JointTilt(_))) => {
-                self.aside(term, dot(coefficients, coefficients).sqrt())
-            }
-            Candidate::OfArm(term) => vec![self.columns.missing(0, term, coefficients)],
+            Candidate::Term(channel, term) => vec![term.missing(&self.columns, *channel, coefficients)],
+            Candidate::OfArm(
+                term @ Term::Stated(Stated::LoadPlacement(_) | Stated::JointPlacement(_) | Stated::JointTilt(_)),
+            ) => self.aside(*term, dot(coefficients, coefficients).sqrt()),
+            Candidate::OfArm(term) => vec![term.missing(&self.columns, 0, coefficients)],
             Candidate::Together(term) => {
                 let coefficient = coefficients.first().copied().unwrap_or(0.0);
-                vec![self.columns.missing_in_joints(term, &vec![coefficient; self.session.joints.len()])]
+                vec![term.missing_in_joints(&self.columns, &vec![coefficient; self.session.joints.len()])]
             }
-            Candidate::DriftOfAll => vec![self.columns.missing_in_joints(&Term::Trend, coefficients)],
+            Candidate::DriftOfAll => vec![DRIFT.missing_in_joints(&self.columns, coefficients)],
         };
         self.weighted(missing)
     }
 
     /// What is stated of a term and wrong by so much, in its unit: a place along one axis after the other. About its joint's axis an offset takes up what is
     /// wrong, and nothing is seen of it: it may be as wrong there.
-    pub fn aside(&self, term: &Term, by: f64) -> Vec<Vec<f64>> {
-        let axes = self.columns.of(0, term).into_iter();
+    pub fn aside(&self, term: Term, by: f64) -> Vec<Vec<f64>> {
+        let axes = term.columns(&self.columns, 0).into_iter();
         axes.map(|axis| axis.into_iter().map(|entry| by * entry).collect()).collect()
     }
 
@@ -159,34 +161,34 @@ impl Search<'_> {
             let Candidate::Term(channel, term) = &tested.candidate else { return None };
             let mut named = not_alone.iter().filter(|(named, _)| named == term).peekable();
             let is_other = named.peek().is_some() && named.all(|(_, channels)| !channels.contains(channel));
-            is_other.then(|| self.columns.missing(*channel, term, &with_errors(tested)))
+            is_other.then(|| term.missing(&self.columns, *channel, &with_errors(tested)))
         };
         self.weighted(found.iter().filter_map(of_other).collect())
     }
 
     /// What is stated of the robot and its loads and is not named, as wrong as the like that is named and most wrong.
     fn of_like_terms(&self, worst: Worst, named: &[Candidate]) -> Vec<Vec<f64>> {
-        let by = |term: &Term| match term {
-            Term::JointPlacement(_) => worst.length,
-            Term::JointTilt(_) => worst.tilt,
-            Term::LoadMass(load) => worst.mass * self.session.loads[*load].mass,
+        let by = |term: Term| match term {
+            Term::Stated(Stated::JointPlacement(_)) => worst.length,
+            Term::Stated(Stated::JointTilt(_)) => worst.tilt,
+            Term::Stated(Stated::LoadMass(load)) => worst.mass * self.session.loads[load].mass,
             _ => 0.0,
         };
         // Also of what cannot be tested beside what is named: the model has it then.
-        let others = self.columns.terms_of_arm().into_iter();
-        let others = others.filter(|term| by(term) > 0.0 && !named.contains(&Candidate::OfArm(term.clone())));
-        self.weighted(others.flat_map(|term| self.aside(&term, by(&term))).collect())
+        let others = Term::of_arm(&self.columns).into_iter();
+        let others = others.filter(|term| by(*term) > 0.0 && !named.contains(&Candidate::OfArm(*term)));
+        self.weighted(others.flat_map(|term| self.aside(term, by(term))).collect())
     }
 
     /// Columns of a candidate that are looked for in what the fit leaves; none of what is tested otherwise.
     pub fn columns_of(&self, candidate: &Candidate) -> Vec<Vec<f64>> {
         let columns = match candidate {
             Candidate::Neighbours(_) => Vec::new(),
-            Candidate::Term(channel, term) if self.is_in_fit(*channel, term) => Vec::new(),
-            Candidate::Term(channel, term) => self.columns.of(*channel, term),
-            Candidate::OfArm(term) => self.columns.of(0, term),
-            Candidate::Together(term) => vec![sum(&self.columns.of_each_joint(term))],
-            Candidate::DriftOfAll => self.columns.of_each_joint(&Term::Trend),
+            Candidate::Term(channel, term) if self.is_in_fit(*channel, *term) => Vec::new(),
+            Candidate::Term(channel, term) => term.columns(&self.columns, *channel),
+            Candidate::OfArm(term) => term.columns(&self.columns, 0),
+            Candidate::Together(term) => vec![sum(&term.columns_of_each_joint(&self.columns))],
+            Candidate::DriftOfAll => DRIFT.columns_of_each_joint(&self.columns),
         };
         self.weighted(columns)
     }
@@ -204,7 +206,7 @@ impl Search<'_> {
     fn lacking(&self, maker: &ResidualMaker, candidate: &Candidate) -> Vec<Vec<f64>> {
         match candidate {
             // Joints do not bend alike: the model takes up what each does.
-            Candidate::Together(term) => lacking(maker, self.weighted(self.columns.of_each_joint(term))),
+            Candidate::Together(term) => lacking(maker, self.weighted(term.columns_of_each_joint(&self.columns))),
             _ => lacking(maker, self.columns_of(candidate)),
         }
     }
@@ -220,10 +222,10 @@ impl Search<'_> {
     }
 
     /// Whether a term is an unknown of the fit.
-    fn is_in_fit(&self, channel: usize, term: &Term) -> bool {
+    fn is_in_fit(&self, channel: usize, term: Term) -> bool {
         match term {
-            Term::Direction => self.solved.has_friction_at_rest(channel),
-            Term::Compliance => self.solved.has_bending(channel),
+            Term::Friction(Friction::Direction) => self.solved.has_friction_at_rest(channel),
+            Term::Elastic(Elastic::Compliance) => self.solved.has_bending(channel),
             _ => false,
         }
     }
@@ -281,41 +283,50 @@ impl Search<'_> {
                     named: false,
                     spoils_intervals: false,
                 };
-                let (candidate, coefficients) = (candidate.clone(), Vec::new());
-                Some(Tested { test, candidate, gain: 0.0, p_of_noise: p_value, coefficients })
+                Some(Tested { test, candidate: *candidate, gain: 0.0, p_of_noise: p_value, coefficients: Vec::new() })
             }
             Candidate::Together(term) | Candidate::OfArm(term) => {
-                let tested = self.report(0, term, score(maker, rows, neighbours, left)?);
-                // No base turns against what it carries.
-                if *term == Term::BaseGivesWay && tested.test.size <= 0.0 {
-                    return None;
-                }
+                let tested = self.report((0, *term), *candidate, score(maker, rows, neighbours, left)?)?;
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
-                Some(Tested { test, candidate: candidate.clone(), ..tested })
+                Some(Tested { test, ..tested })
             }
             Candidate::DriftOfAll => None, // made of the others: see `drift.rs`
             Candidate::Term(channel, term) => {
                 let in_fit = |found: Option<OfReadings>| {
-                    of_estimate(found?, rows, *channel, &self.weighted(self.columns.of(*channel, term))[0])
+                    of_estimate(found?, rows, *channel, &self.weighted(term.columns(&self.columns, *channel))[0])
                 };
-                let scored = match (term, self.is_in_fit(*channel, term)) {
-                    (Term::Direction, true) => in_fit(self.solved.friction_at_rest(*channel))?,
-                    (Term::Compliance, true) => in_fit(self.solved.bending(*channel))?,
-                    _ => score(maker, rows, neighbours, left)?,
+                let scored = match (term, self.is_in_fit(*channel, *term)) {
+                    (Term::Friction(_), true) => in_fit(self.solved.friction_at_rest(*channel))?,
+                    (_, true) => in_fit(self.solved.bending(*channel))?,
+                    (_, false) => score(maker, rows, neighbours, left)?,
                 };
-                let friction = matches!(term, Term::Presliding | Term::LoadFriction);
-                let is_it = !friction || self.opposes_motion(*channel, &scored.coefficients);
-                is_it.then(|| self.report(*channel, term, scored))
+                self.report((*channel, *term), *candidate, scored)
             }
         }
     }
 
-    /// Whether what goes with a joint's motion, as its position sensor shows it, is a friction: it takes a torque of the motion's sign, which the
-    /// torque sensor reads by its gain.
-    fn opposes_motion(&self, joint: usize, coefficients: &[f64]) -> bool {
-        let gain = |gain| self.session.nominal(ParameterId::Sensor(joint, gain));
-        let sign = gain(SensorParameter::TorqueGain) * gain(SensorParameter::PositionGain);
-        coefficients.iter().all(|size| size * sign > 0.0)
+    /// The result of one test, with its size in a unit; nothing of coefficients that nothing real has.
+    fn report(&self, (channel, term): (usize, Term), candidate: Candidate, scored: Score) -> Option<Tested> {
+        let Score { statistic, degrees_of_freedom, blocks, p_value, p_of_noise, coefficients, in_noise, gain } = scored;
+        if !term.lacked().may_be(&self.columns, channel, &coefficients) {
+            return None;
+        }
+        let found = term.lacked().found(&self.columns, channel, &coefficients);
+        let test = ResidualTest {
+            channel: self.session.channel_name(channel),
+            kind: found.kind,
+            statistic,
+            degrees_of_freedom,
+            blocks,
+            p_value,
+            corrected_p_value: p_value,
+            size: found.size,
+            unit: found.unit,
+            in_noise,
+            named: false,
+            spoils_intervals: false,
+        };
+        Some(Tested { test, candidate, gain, p_of_noise, coefficients })
     }
 
     /// Whether friction that is left at rest is among the errors that standard deviations of the channel allow for: in recordings it is an unknown then,
@@ -346,8 +357,8 @@ impl Search<'_> {
         let matters = test.in_noise >= MATTERS || (moves > MOVES && test.corrected_p_value < SURE) || far;
         let spoils = match candidate {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
-            Candidate::Term(channel, Term::Direction) => matters && !self.errs_at_rest(*channel),
-            Candidate::Term(joint, Term::Compliance) => matters && !self.solved.has_bending(*joint),
+            Candidate::Term(channel, Term::Friction(Friction::Direction)) => matters && !self.errs_at_rest(*channel),
+            Candidate::Term(joint, Term::Elastic(Elastic::Compliance)) => matters && !self.solved.has_bending(*joint),
             Candidate::Term(..) | Candidate::Together(_) | Candidate::OfArm(_) | Candidate::DriftOfAll => matters,
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }

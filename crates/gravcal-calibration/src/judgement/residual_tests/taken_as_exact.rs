@@ -9,9 +9,9 @@ use gravcal_estimation::statistics::{StatisticsError, moved_by};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 
-use super::columns::Term;
 use super::search::Search;
-use super::uneven_friction::UNEVEN;
+use super::terms::{Elastic, Harmonic, Recorder, SensorGain, SensorZero, Stated, Surroundings, Term};
+use super::uneven_friction::{UNEVEN, sliding_friction};
 use crate::joint::{is_stiffness_unsaid, is_strength_guessed};
 use crate::judgement::{Asked, Judgement};
 use crate::result::{ResidualTest, ResidualTestKind, TakenAsExact};
@@ -114,7 +114,7 @@ impl Search<'_> {
                 1e3 * ASIDE
             ),
             cure: "state [inertia] length_std_m",
-            columns: self.all_aside(|term| matches!(term, Term::JointPlacement(_)), ASIDE),
+            columns: self.all_aside(|term| matches!(term, Term::Stated(Stated::JointPlacement(_))), ASIDE),
             itself: None,
         }
     }
@@ -126,7 +126,7 @@ impl Search<'_> {
                 significant(TILTED.to_degrees(), 1)
             ),
             cure: "state [inertia] axis_std_deg",
-            columns: self.all_aside(|term| matches!(term, Term::JointTilt(_)), TILTED),
+            columns: self.all_aside(|term| matches!(term, Term::Stated(Stated::JointTilt(_))), TILTED),
             itself: None,
         }
     }
@@ -135,7 +135,8 @@ impl Search<'_> {
     fn masses_of_loads(&self) -> Exact {
         let percent = significant(100.0 * HEAVIER, 1);
         let loads = self.session.loads.iter().enumerate();
-        let heavier = loads.flat_map(|(load, stated)| self.aside(&Term::LoadMass(load), HEAVIER * stated.mass));
+        let heavier =
+            loads.flat_map(|(load, stated)| self.aside(Term::Stated(Stated::LoadMass(load)), HEAVIER * stated.mass));
         let together = heavier.reduce(|sum, own| sum.iter().zip(&own).map(|(a, b)| a + b).collect());
         let (or, cure) = match is_strength_guessed(self.session) {
             false => ("", "state mass_kg = { nominal = …, std = … }"),
@@ -149,7 +150,7 @@ impl Search<'_> {
         Exact {
             wrong: format!("each load were {} mm off, along x, y and z, from where position_m says", 1e3 * ASIDE),
             cure: "state position_std_m of the load",
-            columns: self.all_aside(|term| matches!(term, Term::LoadPlacement(_)), ASIDE),
+            columns: self.all_aside(|term| matches!(term, Term::Stated(Stated::LoadPlacement(_))), ASIDE),
             itself: None,
         }
     }
@@ -158,18 +159,18 @@ impl Search<'_> {
         Exact {
             wrong: format!("each distance of two loads were {} mm more than distance_m says", 1e3 * ASIDE),
             cure: "state std_m beside distance_m",
-            columns: self.all_aside(|term| matches!(term, Term::LoadDistance(_)), ASIDE),
+            columns: self.all_aside(|term| matches!(term, Term::Stated(Stated::LoadDistance(_))), ASIDE),
             itself: None,
         }
     }
 
     /// A hose that hangs from the arm, and cables along it, which are bent and stretched as it moves.
     fn pulls(&self, at_last_link: bool, at_joints: bool) -> Option<Exact> {
-        let hose = self.all_aside(|term| at_last_link && matches!(term, Term::Pull), PULLS);
+        let hose = self.all_aside(|term| at_last_link && *term == Term::Surroundings(Surroundings::Pull), PULLS);
         let of_joint = |joint: usize| {
             let pull = SPRUNG * self.solved.readings().spreads[joint];
             let off = move |column: Vec<f64>| column.into_iter().map(|entry| pull * entry).collect();
-            self.columns.of(joint, &Term::Spring).into_iter().map(off)
+            Term::Elastic(Elastic::Spring).columns(&self.columns, joint).into_iter().map(off)
         };
         let cables: Vec<Vec<f64>> = (0..self.session.joints.len()).filter(|_| at_joints).flat_map(of_joint).collect();
         let by_hose = format!("a hose pulled at the last link ({PULLS} N along each axis)");
@@ -186,7 +187,8 @@ impl Search<'_> {
 
     /// All that is stated of one kind, as far off.
     fn all_aside(&self, of_kind: impl Fn(&Term) -> bool, off: f64) -> Vec<Vec<f64>> {
-        self.columns.terms_of_arm().iter().filter(|term| of_kind(term)).flat_map(|term| self.aside(term, off)).collect()
+        let terms = Term::of_arm(&self.columns).into_iter();
+        terms.filter(of_kind).flat_map(|term| self.aside(term, off)).collect()
     }
 
     /// Of joints of which nothing says how they bend.
@@ -201,8 +203,19 @@ impl Search<'_> {
                 false => "state [deflection] compliance_std_rad_per_newton_metre",
                 true => "record standstills (readings.still), and calibrate them by themselves with [deflection]",
             },
-            columns: joints.flat_map(|joint| self.columns.bent(joint, BENDS)).collect(),
+            columns: joints.flat_map(|joint| self.bent(joint)).collect(),
             itself: None,
+        }
+    }
+
+    /// A joint that bends; nothing of one that carries no torque, or slides.
+    fn bent(&self, joint: usize) -> Vec<Vec<f64>> {
+        let largest = self.columns.torques.iter().map(|pose| pose[joint].abs()).fold(0.0, f64::max);
+        let by = BENDS / largest;
+        let bent = |column: Vec<f64>| column.into_iter().map(|entry| by * entry).collect();
+        match self.columns.slides(joint) || largest == 0.0 {
+            true => Vec::new(),
+            false => Term::Elastic(Elastic::Compliance).columns(&self.columns, joint).into_iter().map(bent).collect(),
         }
     }
 
@@ -211,7 +224,7 @@ impl Search<'_> {
         Exact {
             wrong: format!("the base leaned by {}° under the arm's largest moment", significant(LEANS.to_degrees(), 1)),
             cure: "bolt it to what does not give way",
-            columns: self.all_aside(|term| *term == Term::BaseGivesWay, LEANS),
+            columns: self.all_aside(|term| *term == Term::Surroundings(Surroundings::BaseGivesWay), LEANS),
             itself: Some(Itself::Gravity),
         }
     }
@@ -221,13 +234,13 @@ impl Search<'_> {
         Exact {
             wrong: format!("the clock ran {} % fast", significant(100.0 * FAST, 1)),
             cure: "record the times of the controller that samples the readings",
-            columns: self.all_aside(|term| *term == Term::ClockRate, FAST),
+            columns: self.all_aside(|term| *term == Term::Recorder(Recorder::ClockRate), FAST),
             itself: None,
         }
     }
 
     fn mountings(&self) -> Exact {
-        let turned = self.columns.turned_instruments().iter();
+        let turned = self.columns.turned_instruments.iter();
         Exact {
             wrong: format!(
                 "each instrument were turned by {}° against its mounting, about each axis",
@@ -240,12 +253,12 @@ impl Search<'_> {
     }
 
     /// A term that another table than the first may have of each joint, by so much.
-    fn in_other_tables(&self, term: &Term, other: impl Fn(usize) -> f64) -> Vec<Vec<f64>> {
+    fn in_other_tables(&self, term: Term, other: impl Fn(usize) -> f64) -> Vec<Vec<f64>> {
         let few = self.columns.tables_of_all().len() <= MOST_TABLES;
         let of_joint = |joint: usize| {
             let other = other(joint);
             let of_table = move |column: Vec<f64>| column.into_iter().map(|entry| other * entry).collect();
-            self.columns.of(joint, term).into_iter().map(of_table)
+            term.columns(&self.columns, joint).into_iter().map(of_table)
         };
         (0..self.session.joints.len()).filter(|_| few).flat_map(of_joint).collect()
     }
@@ -258,7 +271,7 @@ impl Search<'_> {
                 significant(100.0 * STRONGER, 1)
             ),
             cure: "record poses with and without load by turns, with a warm arm",
-            columns: self.in_other_tables(&Term::TorqueGains, |_| STRONGER),
+            columns: self.in_other_tables(Term::Gain(SensorGain::InTables), |_| STRONGER),
             itself: None,
         }
     }
@@ -271,7 +284,9 @@ impl Search<'_> {
                 significant(100.0 * SHIFTED, 1)
             ),
             cure: "record poses with and without load by turns, in one recording",
-            columns: self.in_other_tables(&Term::Tables, |joint| SHIFTED * self.solved.readings().spreads[joint]),
+            columns: self.in_other_tables(Term::Zero(SensorZero::InTables), |joint| {
+                SHIFTED * self.solved.readings().spreads[joint]
+            }),
             itself: Some(Itself::Sensors(SensorParameter::TorqueBias)),
         }
     }
@@ -290,14 +305,27 @@ impl Search<'_> {
                 false => "name { kind = \"position-harmonics\", orders = [1] } in sensor_models of the joints",
                 true => "what is read in motion does not tell it: calibrate position-harmonics from static poses",
             },
-            columns: joints.flat_map(|joint| self.columns.eccentric(joint)).map(off).collect(),
+            columns: joints.flat_map(|joint| self.eccentric(joint)).map(off).collect(),
             itself: None,
+        }
+    }
+
+    /// A radian off to either side once over a turn; nothing of a joint that slides.
+    fn eccentric(&self, joint: usize) -> Vec<Vec<f64>> {
+        match self.columns.slides(joint) {
+            true => Vec::new(),
+            false => Term::Harmonic(Harmonic::Position(1)).columns(&self.columns, joint),
         }
     }
 
     /// Of joints that move both ways.
     fn friction(&self) -> Exact {
-        let of_joint = |joint: usize| self.columns.uneven_friction(joint);
+        // A torque as large as a joint's sliding friction, the same whichever way it moves.
+        let of_joint = |joint: usize| {
+            let friction = sliding_friction(self.session, self.solved, joint);
+            let known = friction.iter().any(|friction| *friction != 0.0);
+            known.then(|| self.columns.reading(joint, |pose| friction[pose]))
+        };
         let off = |column: Vec<f64>| column.into_iter().map(|entry| UNEVEN * entry).collect();
         Exact {
             wrong: format!(

@@ -14,9 +14,9 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use super::candidate::{Candidate, Tested, correct};
-use super::columns::Term;
 use super::in_words;
 use super::order::sides_by_order;
+use super::terms::{Elastic, Term};
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, TakenAsExact, Verdict};
 use crate::testing::sensor_models::{errors, estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
@@ -181,9 +181,9 @@ fn a_weighted_test_has_its_share_of_the_probability() {
     // Half of the weight in the first: its p-value counts twice, those that follow as Holm has them.
     let own = Candidate::Neighbours(0);
     let mut found = [
-        tested(0.004, Candidate::Together(Term::Compliance)),
-        tested(0.002, own.clone()),
-        tested(0.003, own.clone()),
+        tested(0.004, Candidate::Together(Term::Elastic(Elastic::Compliance))),
+        tested(0.002, own),
+        tested(0.003, own),
         tested(0.5, own),
     ];
     correct(&mut found, 0.0);

@@ -1,24 +1,10 @@
-//! What goes with torques: a gain that is another in another table or drifts, a reading that does not grow in proportion to its torque, torques of
-//! other joints, friction that grows with the load.
-//!
-//! Columns are of the torques that the model predicts: errors of a reading are in its residual, too.
+//! Torques that the model predicts, of which columns of terms are made: errors of a reading are in its residual, too.
 
-use gravcal_dynamics::JointKind;
 use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
-
-/// The unit of a joint's reading for each unit of the torque (or force, of one that slides) of another, and of what comes with that.
-pub fn per_torque(session: &Session, joint: usize, other: usize, and: &str) -> String {
-    let unit = session.channel_unit(joint);
-    match session.robot.chain.joints()[other].kind {
-        JointKind::Prismatic if and.is_empty() => format!("{unit}/N"),
-        JointKind::Prismatic => format!("{unit}/(N{and})"),
-        _ => format!("{unit}/(N·m{and})"),
-    }
-}
 
 /// Torques as their sensors read them, without biases.
 pub struct PredictedTorques {

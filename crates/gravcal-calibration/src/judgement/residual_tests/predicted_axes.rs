@@ -1,14 +1,10 @@
-//! What goes with what an instrument senses: a reading that shows what its other axes sense, as one does that is mounted otherwise than stated, and one that
-//! is not proportional to what it senses.
-//!
-//! Columns are of the readings that the model predicts, less their means: errors of a reading are in its residual, too, and biases are unknowns.
+//! Readings of instruments that the model predicts, less their means, of which columns of terms are made: errors of a reading are in its residual, too, and
+//! biases are unknowns.
 
 use gravcal_estimation::EvaluateError;
-use gravcal_robot_model::number::significant;
-use gravcal_robot_model::session::{AuxiliarySensor, AuxiliarySensorKind, Session};
+use gravcal_robot_model::session::{AuxiliarySensor, Session};
 
 use crate::joint::Solved;
-use crate::result::{ResidualTest, ResidualTestKind};
 
 /// Readings of the axes of instruments.
 pub struct PredictedAxes {
@@ -72,33 +68,5 @@ impl PredictedAxes {
         let shows = |(other, coefficient): &(usize, f64)| (coefficient * self.largest[other - self.joints]).abs();
         let others = self.others(channel).into_iter().zip(coefficients.iter().copied());
         others.max_by(|a, b| shows(a).total_cmp(&shows(b)))
-    }
-}
-
-/// What a test says of an axis, and what to do; nothing of a joint.
-pub fn of_axis(session: &Session, test: &ResidualTest) -> Option<(String, String)> {
-    let ResidualTest { channel, unit, .. } = test;
-    let place = (session.joints.len()..session.channel_count()).find(|one| session.channel_name(*one) == *channel)?;
-    let (instrument, _) = session.axis(place)?;
-    let size = significant(test.size, 2);
-    let known = match session.instruments[instrument].kind {
-        AuxiliarySensorKind::Accelerometer => ", or say how well its mounting is known (mounting_std_deg)",
-        AuxiliarySensorKind::ForceTorque => "",
-    };
-    match &test.kind {
-        ResidualTestKind::Crosstalk { joint } => Some((
-            format!("The reading of {channel} goes with what other axes sense, most with {joint}: {size} {unit}."),
-            format!(
-                "Measure the instrument's mounting (mounting.rpy_deg){known}; or let each axis have a gain for what each other one senses (gains = \"matrix\")."
-            ),
-        )),
-        ResidualTestKind::TorqueNonlinearity => Some((
-            format!(
-                "The reading of {channel} is not proportional to what it senses: it is off by about {size} {unit} at the largest."
-            ),
-            "If it is at an end of its range, say where that is (lowest, highest in its readings); else use it where it is straight, or correct its readings before."
-                .into(),
-        )),
-        _ => None,
     }
 }
