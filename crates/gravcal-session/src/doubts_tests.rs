@@ -107,6 +107,36 @@ fn positions_in_another_unit_are_doubted() {
     assert!(near[0].contains("look like rad, and are declared as deg. If so, say unit = \"rad\""), "{near:?}");
 }
 
+/// One angle in degrees among radians is a wrong cell, and no unit.
+#[test]
+fn a_position_that_is_too_far_in_one_row_is_told_with_its_row() {
+    let far = session(
+        ["rad", "N·m"],
+        "",
+        poses(1.0, 1.0).enumerate().map(|(row, mut cells)| {
+            cells[1] *= if row == 20 { 180.0 / PI } else { 1.0 };
+            cells
+        }),
+    );
+    let [doubt] = &far.doubts[..] else { panic!("{:?}", far.doubts) };
+    assert!(doubt.starts_with("As declared, positions of elbow are farther than joints go in row 22 of "), "{doubt}");
+}
+
+/// What a recorder writes where it has no torque; a spike of a few times the range is for the residuals to tell.
+#[test]
+fn a_torque_that_is_nothing_like_the_others_is_told_with_its_row() {
+    let doubts = |wrong: f64| {
+        let rows = poses(1.0, 1.0).enumerate().map(move |(row, mut cells)| {
+            cells[3] = if row == 20 { wrong } else { cells[3] };
+            cells
+        });
+        session(["rad", "N·m"], "", rows).doubts
+    };
+    let told = doubts(-99999.0);
+    assert!(told.len() == 1 && told[0].contains("elbow is -1.00e5 N·m in row 22 of "), "{told:?}");
+    assert_eq!(doubts(50.0), [""; 0]);
+}
+
 /// Whatever number the sensor counts from.
 #[test]
 fn a_sensor_that_counts_is_judged_by_how_far_it_goes() {

@@ -32,6 +32,7 @@ mod grid;
 mod hann;
 mod kept;
 mod spline;
+mod strays;
 #[cfg(test)]
 mod tests;
 mod unwrap;
@@ -51,6 +52,7 @@ use clock::Recorded;
 pub use clock::Clock;
 pub use course::{Course, MotionSample, WeighedStretch};
 pub use kept::Kept;
+pub use strays::Stray;
 pub use weight::FILTER_LENGTH;
 
 /// How a recording becomes windows.
@@ -110,6 +112,8 @@ pub struct MotionWindows {
     pub repeated: u64,
     /// Rows that are zero in all columns behind one that is in none, as messages without content are, and were left out.
     pub empty: u64,
+    /// Rows in which a joint is suddenly elsewhere and back in the next, left out.
+    pub strays: Vec<Stray>,
     /// Rows without a time, left out.
     pub without_time: u64,
     /// How often nothing was recorded for long.
@@ -207,6 +211,7 @@ pub fn motion_windows(
             rate: FEWEST / rule.length,
         });
     }
+    let strays = strays::leave_out(&mut recorded, &rule.turn);
     let names = || reader.channels.list.iter().map(|channel| channel.column.as_str());
     let wraps = unwrap::unwrap(&mut recorded, &rule.turn).map_err(|jump| ReadError::PositionJumps {
         path: path(),
@@ -224,6 +229,7 @@ pub fn motion_windows(
         wraps,
         repeated: recorded.repeated,
         empty: recorded.empty,
+        strays,
         without_time: reader.without_time,
         interruptions: splines.runs.len().saturating_sub(1) as u64,
         torque_lag: rule.torque_lag,

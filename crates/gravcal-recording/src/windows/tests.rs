@@ -271,6 +271,30 @@ fn a_joint_that_jumps_by_less_than_half_a_turn_is_refused_and_one_bad_row_is_not
     assert!(jumps(1000, 1001).is_ok());
 }
 
+/// A reading that is off by a radian would move a joint that far and back within 20 ms.
+#[test]
+fn a_row_in_which_a_joint_is_elsewhere_is_left_out_and_told() {
+    let read = |off: f64| {
+        let rows = times(2000)
+            .enumerate()
+            .map(|(row, t)| [t, motion(t)[0] + if row == 1000 { off } else { 0.0 }, motion(t)[1]]);
+        windows_of(rows).unwrap()
+    };
+    let (right, stray) = (read(0.0), read(-1.0));
+    assert_eq!(right.strays, []);
+    let [Stray { joint: 0, row: 1002, turns }] = stray.strays[..] else { panic!("{:?}", stray.strays) };
+    assert!((turns + 1.0 / (2.0 * PI)).abs() < 0.01, "{turns}");
+    let fastest = |windows: &MotionWindows| {
+        windows
+            .found
+            .iter()
+            .flat_map(|window| window.course.moments())
+            .map(|(_, at)| at.acceleration[0].abs())
+            .fold(0.0, f64::max)
+    };
+    assert!((fastest(&stray) / fastest(&right) - 1.0).abs() < 0.01, "{} {}", fastest(&stray), fastest(&right));
+}
+
 #[test]
 fn a_part_beyond_the_end_is_refused_with_how_long_the_recording_is() {
     let beyond = WindowRule { part: Part { from: Some(1e6), until: None }, ..rule() };

@@ -12,8 +12,8 @@ use super::clock::Recorded;
 const WHOLE: f64 = 0.2;
 
 /// A step of so much of a turn, and so many times as large as those beside it, is no motion.
-const STEP: f64 = 0.05;
-const ABRUPT: f64 = 10.0;
+pub(super) const STEP: f64 = 0.05;
+pub(super) const ABRUPT: f64 = 10.0;
 
 /// A joint that is suddenly elsewhere.
 pub(super) struct Jump {

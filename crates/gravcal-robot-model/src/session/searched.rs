@@ -164,6 +164,7 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
         wraps,
         repeated,
         empty,
+        strays,
         without_time,
         interruptions,
         ..
@@ -195,8 +196,19 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
         "rows are zero in all columns, as messages without content are, and are",
     ];
     let empty = (*empty > 0).then(|| format!("{name}: {} left out.", counted(*empty, messages)));
+    let strays = strays.first().map(|first| {
+        let messages = ["row is left out, in which a joint is", "rows are left out, in which a joint is"];
+        format!(
+            "{name}: {} suddenly elsewhere and back in the next (row {}: `{}` by {:.2} of a turn{}). Look at what wrote them.",
+            counted(strays.len() as u64, messages),
+            first.row,
+            mapping.positions[first.joint].column,
+            first.turns,
+            if strays.len() > 1 { ", …" } else { "" }
+        )
+    });
     let oddities = oddities(name, *repeated, *without_time, *interruptions);
-    [reported].into_iter().chain(noise).chain(wrapping).chain(empty).chain(oddities).collect()
+    [reported].into_iter().chain(noise).chain(wrapping).chain(empty).chain(strays).chain(oddities).collect()
 }
 
 fn standstill_notes(name: &str, standstills: &Standstills, mapping: &PoseMapping) -> Vec<String> {

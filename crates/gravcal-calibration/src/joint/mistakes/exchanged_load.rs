@@ -48,6 +48,10 @@ pub(super) fn hidden_exchange(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
     let Some(exchanged) = all(session) else { return Ok(None) };
+    // Noise that few wrong readings make excuses whatever else is wrong.
+    if solved.heavy_tails(session)?.is_some() {
+        return Ok(None);
+    }
     let here = solved.state(&State::nominal(session));
     let opposes = |session: &Session, state: &State| agreement(session, solved, state).map(|with| with < OPPOSED);
     if not_as_declared(session, &here) == 0 && opposes(session, &here) != Some(true) {

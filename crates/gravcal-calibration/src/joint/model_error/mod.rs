@@ -8,6 +8,7 @@ pub(super) mod contradicted_priors;
 pub(super) mod displaced_joints;
 mod farthest_from_earlier;
 pub(super) mod friction_by_load;
+pub(super) mod heavy_tails;
 pub(super) mod pose_errors;
 pub(super) mod settling;
 mod shifted_readings;

@@ -1,6 +1,6 @@
 //! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, loads that hang far off, gravity of another planet,
 //! positions and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are
-//! stuck or at an end of their range, rows of an arm in motion that are taken as static poses, and recordings of two sources or of which a part is lost.
+//! stuck or at an end of their range, single readings that are nothing like all others, rows of an arm in motion that are taken as static poses, and recordings of two sources or of which a part is lost.
 
 mod clipped;
 mod columns;
@@ -15,6 +15,7 @@ mod stated;
 mod stuck;
 mod torques;
 mod unit;
+mod wrong_cells;
 
 pub use motion::Joined;
 pub use unit::MistakenUnit;
@@ -29,6 +30,7 @@ impl Session {
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
         columns
             .chain(units)
+            .chain(wrong_cells::doubts(self))
             .chain(stuck::doubts(self))
             .chain(clipped::doubts(self))
             .chain(copies::doubts(self))

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use gravcal_dynamics::JointKind;
 use gravcal_recording::PositionUnit;
 
-use super::names::named;
+use super::names::{named, rows};
 use super::unit::MistakenUnit;
 use crate::parameter::SensorParameter;
 use crate::session::Session;
@@ -16,6 +16,8 @@ const FULL_TURN: f64 = 2.0 * PI;
 const BEYOND: f64 = 1.1;
 /// What any joint slides is less than this, m.
 const LONGEST: f64 = 10.0;
+/// Poses, as a share of them, in which alone a joint is too far: then cells are wrong, and not a unit. One always may be.
+const FEW: f64 = 0.05;
 /// Angles in radians are within this, rad, where they are taken for degrees.
 const RADIANS_AS_DEGREES: f64 = FULL_TURN * PI / 180.0;
 
@@ -35,7 +37,12 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
 fn too_far(session: &Session) -> Vec<String> {
     let kind = |joint: &usize| session.robot.chain.joints()[*joint].kind;
     let too_far = (0..session.joints.len()).filter(|joint| reach(session, *joint) > most(session, *joint));
-    let (turning, sliding): (Vec<usize>, Vec<usize>) = too_far.partition(|joint| kind(joint) == JointKind::Revolute);
+    let too_far: Vec<usize> = too_far.collect();
+    if let Some(cells) = wrong_cells(session, &too_far) {
+        return vec![cells];
+    }
+    let (turning, sliding): (Vec<usize>, Vec<usize>) =
+        too_far.into_iter().partition(|joint| kind(joint) == JointKind::Revolute);
     let far = |joints: &[usize]| joints.iter().map(|joint| reach(session, *joint)).fold(0.0, f64::max);
     let turned = (!turning.is_empty()).then(|| {
         let what =
@@ -53,6 +60,24 @@ fn too_far(session: &Session) -> Vec<String> {
     turned.into_iter().chain(slid).collect()
 }
 
+/// Says so where joints are too far in few poses only; nothing of sensors that count in their own unit from anywhere.
+fn wrong_cells(session: &Session, joints: &[usize]) -> Option<String> {
+    if joints.is_empty() || joints.iter().any(|joint| session.joints[*joint].position_unit.is_sensors_own()) {
+        return None;
+    }
+    let is_far =
+        |pose: &usize| joints.iter().any(|joint| coordinate(session, *joint, *pose).abs() > most(session, *joint));
+    let far: Vec<usize> = (0..session.poses.len()).filter(is_far).collect();
+    let few = (FEW * session.poses.len() as f64).max(1.0);
+    (far.len() as f64 <= few).then(|| {
+        format!(
+            "As declared, positions of {} are farther than joints go in {}, and nowhere else: look at these cells, and leave out what is wrong.",
+            named(session, joints),
+            rows(session, far.into_iter())
+        )
+    })
+}
+
 /// What readings of these joints are.
 fn report(session: &Session, joints: &[usize], what: &str, mistaken: MistakenUnit) -> String {
     let si = |joint: &usize| session.joints[*joint].position_unit.name() == mistaken.declared;
@@ -68,11 +93,8 @@ fn report(session: &Session, joints: &[usize], what: &str, mistaken: MistakenUni
 
 /// How far a joint is from zero, rad or m; of a sensor that counts in its own unit from anywhere, how far it goes.
 fn reach(session: &Session, joint: usize) -> f64 {
-    let known = &session.joints[joint];
-    let (gain, offset) =
-        (known.of(SensorParameter::PositionGain).nominal, known.of(SensorParameter::PositionOffset).nominal);
-    let coordinates = session.poses.iter().map(|pose| gain * pose.position[joint] + offset);
-    match known.position_unit.is_sensors_own() {
+    let coordinates = (0..session.poses.len()).map(|pose| coordinate(session, joint, pose));
+    match session.joints[joint].position_unit.is_sensors_own() {
         false => coordinates.map(f64::abs).fold(0.0, f64::max),
         true => {
             let ends = [f64::INFINITY, f64::NEG_INFINITY];
@@ -80,6 +102,14 @@ fn reach(session: &Session, joint: usize) -> f64 {
             highest - lowest
         }
     }
+}
+
+/// A joint's coordinate by nominal values, rad or m.
+fn coordinate(session: &Session, joint: usize, pose: usize) -> f64 {
+    let known = &session.joints[joint];
+    let [gain, offset] =
+        [SensorParameter::PositionGain, SensorParameter::PositionOffset].map(|quantity| known.of(quantity).nominal);
+    gain * session.poses[pose].position[joint] + offset
 }
 
 fn most(session: &Session, joint: usize) -> f64 {

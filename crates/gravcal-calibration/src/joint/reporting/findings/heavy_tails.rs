@@ -1,25 +1,18 @@
-//! Noise that was found from residuals of which few are many times as large as all others: these are no noise.
-//!
-//! A load that some rows do not carry, spikes and wrong cells make the standard deviation many times what the median of the residuals says
-//! (`1.48 median |r|`, the same for a normal distribution). They weigh with all others then, and shift what they pull at.
+//! Says so where few readings are many times as far off as all others (`model_error/heavy_tails.rs`).
 
-use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
+use crate::joint::model_error::heavy_tails::HeavyTails;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::verdict::Findings;
 
-/// From this ratio of the two on readings are of two kinds: beside a normal distribution the squares of few make up eight ninths of all.
-const OF_TWO_KINDS: f64 = 3.0;
-/// Fewer readings tell no tails.
-const FEWEST: usize = 30;
-/// Median deviations from which a reading is far off, and rows that are named.
-const FAR: f64 = 6.0;
+/// Rows that are named.
 const NAMED: usize = 5;
 
 impl Answer {
-    /// Says so. Windows of an arm in motion turn round, and have tails by friction; what a loss forgets has been told.
+    /// Windows of an arm in motion turn round, and have tails by friction; what a loss forgets has been told.
     ///
     /// # Errors
     /// Where the model has no finite value at the solution.
@@ -28,43 +21,12 @@ impl Answer {
         session: &Session,
         findings: &mut Findings,
     ) -> Result<(), EvaluateError> {
-        let solved = &self.solved;
-        if solved.built.loss != Loss::None || session.has_windows() || !solved.estimate.termination.converged() {
-            return Ok(());
-        }
-        let rows = solved.row_residuals()?;
-        let (usual, found) = (solved.median_noise(session, &rows), session.noise_estimated());
-        let (mut listed, mut far) = (Vec::new(), Vec::new());
-        for channel in (0..session.channel_count()).filter(|channel| found[*channel]) {
-            let own = || solved.built.rows.iter().zip(&rows).filter(|(id, _)| id.channel == channel);
-            let count = own().count();
-            let squares: f64 =
-                own().map(|(id, row)| (row.whitened * solved.readings().std(session, *id)).powi(2)).sum();
-            let (rms, usual) = ((squares / count.max(1) as f64).sqrt(), usual[channel]);
-            if count < FEWEST || usual <= 0.0 || rms < OF_TWO_KINDS * usual {
-                continue;
-            }
-            let [rms, half] = [rms, usual].map(|size| significant(size, 2));
-            listed.push(format!(
-                "{} (rms {rms} {}, usually {half})",
-                session.channel_name(channel),
-                session.channel_unit(channel)
-            ));
-            far.extend(own().filter_map(|(id, row)| {
-                let off = row.whitened.abs() * solved.readings().std(session, *id) / usual;
-                (off > FAR).then_some((off, id.pose))
-            }));
-        }
-        if listed.is_empty() {
-            return Ok(());
-        }
-        far.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut poses: Vec<usize> = Vec::new();
-        for (_, pose) in far {
-            if !poses.contains(&pose) {
-                poses.push(pose);
-            }
-        }
+        let Some(HeavyTails { channels, poses }) = self.solved.heavy_tails(session)? else { return Ok(()) };
+        let listed = channels.into_iter().map(|(channel, sizes)| {
+            let [rms, usual] = sizes.map(|size| significant(size, 2));
+            format!("{} (rms {rms} {}, usually {usual})", session.channel_name(channel), session.channel_unit(channel))
+        });
+        let listed: Vec<String> = listed.collect();
         let named: Vec<String> = poses
             .iter()
             .take(NAMED)

@@ -1,0 +1,40 @@
+//! Single readings that are nothing like all others: a number that a recorder writes where it has none, a cell that was mistyped.
+
+use super::names::rows;
+use crate::number::significant;
+use crate::session::{ReadingId, Session};
+
+/// So many times as far from the median as all others, a reading is none.
+const FAR: f64 = 100.0;
+/// Share of a channel's readings that may be so; one always may.
+const FEW: f64 = 0.01;
+/// Fewer readings do not tell how far they are from each other.
+const FEWEST: usize = 20;
+
+/// A sentence for each channel with such readings.
+pub(super) fn doubts(session: &Session) -> Vec<String> {
+    (0..session.channel_count()).filter_map(|channel| doubt(session, channel)).collect()
+}
+
+fn doubt(session: &Session, channel: usize) -> Option<String> {
+    let read = |pose: usize| Some((pose, session.reading(ReadingId { pose, channel })?.value));
+    let mut readings: Vec<(usize, f64)> = (0..session.poses.len()).filter_map(read).collect();
+    if readings.len() < FEWEST {
+        return None;
+    }
+    readings.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (_, middle) = readings[readings.len() / 2];
+    readings.sort_by(|a, b| (b.1 - middle).abs().total_cmp(&(a.1 - middle).abs()));
+    let few = ((FEW * readings.len() as f64) as usize).max(1);
+    let usual = (readings[few].1 - middle).abs();
+    let wrong: Vec<(usize, f64)> =
+        readings[..few].iter().copied().filter(|(_, value)| (value - middle).abs() > FAR * usual).collect();
+    let (_, worst) = *wrong.first().filter(|_| usual > 0.0)?;
+    let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
+    Some(format!(
+        "The reading of {name} is {} {unit} in {}, more than {FAR} times as far from all others as they are from their median: recorders write such numbers where \
+         they have none. Leave out what is wrong.",
+        significant(worst, 3),
+        rows(session, wrong.iter().map(|(pose, _)| *pose))
+    ))
+}
