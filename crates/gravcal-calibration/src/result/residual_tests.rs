@@ -45,6 +45,8 @@ pub enum ResidualTestKind {
     TrendCurve,
     /// A reading that drifts within each table.
     TrendInTables,
+    /// A reading that drifts and then stays.
+    Settling,
     /// Neighbouring poses whose residuals are alike.
     Neighbours,
     /// A reading that depends on its joint's own angle.
@@ -70,6 +72,11 @@ pub enum ResidualTestKind {
     Velocity,
     /// A reading that depends on its joint's acceleration.
     Acceleration,
+    /// A reading that depends on accelerations of other joints.
+    AccelerationOfOther {
+        /// The joint whose acceleration shows most.
+        joint: String,
+    },
     /// A reading that depends on the side from which its joint came.
     Direction,
     /// Friction of an arm in motion that builds up after its joint turned round.
@@ -164,6 +171,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Trend => f.write_str("trend"),
             ResidualTestKind::TrendCurve => f.write_str("trend that bends"),
             ResidualTestKind::TrendInTables => f.write_str("trend in each table"),
+            ResidualTestKind::Settling => f.write_str("zero that settles"),
             ResidualTestKind::Neighbours => f.write_str("neighbours alike"),
             ResidualTestKind::TorqueHarmonic { order } => write!(f, "torque harmonic {order}"),
             ResidualTestKind::Spring => f.write_str("spring"),
@@ -172,6 +180,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Compliance => f.write_str("compliance"),
             ResidualTestKind::Velocity => f.write_str("velocity"),
             ResidualTestKind::Acceleration => f.write_str("acceleration"),
+            ResidualTestKind::AccelerationOfOther { joint } => write!(f, "acceleration of {joint}"),
             ResidualTestKind::Direction => f.write_str("side of approach"),
             ResidualTestKind::Presliding => f.write_str("pre-sliding"),
             ResidualTestKind::TorqueLag => f.write_str("torque lag"),

@@ -508,6 +508,16 @@ fn exchanged_axes_of_a_wrist_sensor_are_named() {
             "x, y, z are in the columns of z, x, y",
         ),
         (
+            "\"fx\", \"fy\", \"fz\", \"nx\", \"ny\", \"nz\"",
+            "\"fx\", \"fy\", \"fz\", \"ny\", \"nx\", \"nz\"",
+            "swapped columns: wrist.nx and wrist.ny",
+        ),
+        (
+            "\"fx\", \"fy\", \"fz\", \"nx\", \"ny\", \"nz\"",
+            "\"fz\", \"fy\", \"fx\", \"nx\", \"ny\", \"nz\"",
+            "swapped columns: wrist.fx and wrist.fz",
+        ),
+        (
             "name = \"wrist\"",
             "name = \"wrist\"\nmounting = { rpy_deg = [0, 0, 90] }",
             "its mounting is turned by rpy_deg = [0, 0, -90] besides",

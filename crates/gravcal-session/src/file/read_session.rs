@@ -145,9 +145,18 @@ fn checked(document: &Document, mut poses: Vec<Pose>) -> Result<Vec<Pose>, FileE
     missing_noise::fill_in(&mut poses);
     motion::count_alike(&mut poses);
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
-        let message = "no table has a usable torque reading: every torque cell is empty, marked unusable, saturated, or in a row that \
-                       lacks an angle (angles and torques must stand in one row)";
-        return Err(document.error(&Field::new("readings").key("torque"), message));
+        let in_motion = poses.iter().any(|pose| pose.course.is_some());
+        let or = match in_motion {
+            true => {
+                ", or of a joint that hardly moves as its positions are declared (are they in rad where readings.position says deg?)"
+            }
+            false => "",
+        };
+        let message = format!(
+            "no table has a usable torque reading: every torque cell is empty, marked unusable, saturated, or in a row that \
+             lacks an angle (angles and torques must stand in one row){or}"
+        );
+        return Err(document.error(&Field::new("readings").key("torque"), &message));
     }
     Ok(poses)
 }

@@ -1,5 +1,5 @@
 //! Axes of a force-torque sensor that are exchanged or point the other way: of its forces and moments alike, as where columns stand in
-//! another order, or the sensor is mounted turned by right angles.
+//! another order, or the sensor is mounted turned by right angles; or two columns of its forces, or of its moments, alone.
 
 use gravcal_recording::Reading;
 use gravcal_robot_model::session::{AuxiliarySensorKind, Session};
@@ -16,6 +16,8 @@ pub(super) struct ExchangedAxes {
     instrument: usize,
     order: [usize; 3],
     signs: [f64; 3],
+    /// Where forces come first and moments after them: those of both, or of one of them.
+    groups: [bool; 2],
 }
 
 impl ExchangedAxes {
@@ -35,7 +37,14 @@ impl ExchangedAxes {
         let of_sensor = |instrument: usize| {
             let orders = ORDERS.into_iter().flat_map(move |order| signs().map(move |signs| (order, signs)));
             let others = orders.filter(|(order, signs)| *order != ORDERS[0] || *signs != [1.0; 3]);
-            others.map(move |(order, signs)| ExchangedAxes { instrument, order, signs })
+            let of_both =
+                others.map(move |(order, signs)| ExchangedAxes { instrument, order, signs, groups: [true; 2] });
+            let pairs = ORDERS.into_iter().filter(|order| (0..3).filter(|axis| order[*axis] != *axis).count() == 2);
+            let alone = [[true, false], [false, true]].into_iter();
+            let of_one = pairs.flat_map(move |order| {
+                alone.clone().map(move |groups| ExchangedAxes { instrument, order, signs: [1.0; 3], groups })
+            });
+            of_both.chain(of_one)
         };
         (0..session.instruments.len()).filter(may_be).flat_map(of_sensor).collect()
     }
@@ -46,7 +55,8 @@ impl Hypothesis for ExchangedAxes {
         let mut made = session.clone();
         let first = session.instruments[self.instrument].first_reading;
         for pose in &mut made.poses {
-            for group in pose.instruments[first..first + 6].chunks_mut(3) {
+            let groups = pose.instruments[first..first + 6].chunks_mut(3).zip(self.groups);
+            for (group, _) in groups.filter(|(_, is_exchanged)| *is_exchanged) {
                 let read: Vec<Option<Reading>> = group.to_vec();
                 for (axis, (from, sign)) in group.iter_mut().zip(self.order.into_iter().zip(self.signs)) {
                     *axis = read[from].map(|reading| Reading { value: sign * reading.value, ..reading });
@@ -57,8 +67,16 @@ impl Hypothesis for ExchangedAxes {
     }
 
     fn words(&self, session: &Session) -> (String, String) {
-        let ExchangedAxes { instrument, order, signs } = *self;
+        let ExchangedAxes { instrument, order, signs, groups } = *self;
         let name = &session.instruments[instrument].name;
+        if groups != [true; 2] {
+            let first = session.joints.len() + session.instruments[instrument].first_reading;
+            let first = if groups[0] { first } else { first + 3 };
+            let exchanged = (0..3).filter(|axis| order[*axis] != *axis);
+            let columns: Vec<String> = exchanged.map(|axis| session.channel_name(first + axis)).collect();
+            let what = format!("swapped columns: {}", columns.join(" and "));
+            return (what, format!("Exchange them in the readings of {name}."));
+        }
         if order == ORDERS[0] && signs == [-1.0; 3] {
             let cure = "Say sign = \"reversed\" in its [[force_torque_sensor]].".to_owned();
             return (format!("reversed force-torque sensor: {name}"), cure);
@@ -105,7 +123,11 @@ mod tests {
         let all = ExchangedAxes::all(&session);
         let reversed = all.iter().filter(|axes| axes.order == ORDERS[0] && axes.signs == [-1.0; 3]);
         let [reversed] = reversed.collect::<Vec<_>>()[..] else { panic!("{all:?}") };
-        assert_eq!(all.len(), 6 * 8 - 1, "all but the session as it stands");
+        assert_eq!(
+            all.len(),
+            6 * 8 - 1 + 3 + 3,
+            "all but the session as it stands, and pairs of forces and of moments"
+        );
         let made = reversed.made(&session);
         let first = session.instruments[reversed.instrument].first_reading;
         for (made, read) in made.poses.iter().zip(&session.poses) {

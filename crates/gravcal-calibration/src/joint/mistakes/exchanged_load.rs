@@ -138,6 +138,20 @@ load = "plate"
         named
     }
 
+    /// Noise that is found about it makes all residuals as good.
+    #[test]
+    fn one_wrong_cell_accuses_no_tables() {
+        let mut session = bare_and_loaded();
+        session
+            .poses
+            .iter_mut()
+            .flat_map(|pose| pose.torque.iter_mut().flatten())
+            .for_each(|reading| reading.std = None);
+        session.poses[5].torque[1].as_mut().unwrap().value = 1e9;
+        let result = estimate(&session);
+        assert!(!result.notes.concat().contains("exchanged"), "{:?}", result.notes);
+    }
+
     #[test]
     fn what_residuals_do_not_show_the_assumed_masses_do() {
         let right = bare_and_loaded();

@@ -1,10 +1,11 @@
 //! Poses that a fit did not see, and how well it predicts them.
 //!
 //! Consecutive poses share what the model leaves out: friction of one approach, a deflection, a drift. One pose between two that are
-//! fitted is therefore hardly a prediction. So a stretch of consecutive poses is held out of a second fit, a tenth in the middle of each
-//! sweep, and of what else is in a table; or the session names tables that enter no fit at all.
+//! fitted is therefore hardly a prediction. So a stretch of consecutive poses is held out of a second fit, a tenth of each
+//! sweep, and of what else is in a table: where the arm is least often at places to which it also comes before or after, and of equals that in the middle. Or the
+//! session names tables that enter no fit at all.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use gravcal_identification::SolveEnvironment;
@@ -27,6 +28,8 @@ use crate::result::{Fit, HeldOut};
 const SHARE: usize = 10;
 /// Of fewer consecutive poses none is.
 const LEAST: usize = SHARE / 2;
+/// Edge of a place: poses whose joints are all within the same such steps, rad or m, are at one place.
+const PLACE: f64 = 0.1;
 
 /// Tells the fit, with the prediction of poses that were not seen: by itself those of `[[validation]]`, else by a second fit a tenth of
 /// the poses, which that does not see.
@@ -141,8 +144,8 @@ pub(in crate::joint) fn predict(
     Ok(Some(held_out(session, readings, &built.rows, &whitened)))
 }
 
-/// The poses that are held out: a tenth in the middle of each sweep, and of the other poses of each table; where tables are too small for
-/// that, of consecutive poses with the same load.
+/// The poses that are held out: a tenth of each sweep, and of the other poses of each table; where tables are too small for that, of consecutive
+/// poses with the same load.
 pub(in crate::joint) fn stretches(session: &Session, readings: &MeasurementSet) -> BTreeSet<usize> {
     let entering: Vec<usize> = (0..readings.used.len()).filter(|pose| !readings.used[*pose].is_empty()).collect();
     let mut sweep = vec![None; session.poses.len()];
@@ -150,25 +153,87 @@ pub(in crate::joint) fn stretches(session: &Session, readings: &MeasurementSet) 
         found.poses.iter().for_each(|pose| sweep[*pose] = Some(index));
     }
     let of = |pose: &usize| &session.poses[*pose];
-    let of_tables = middles(entering.chunk_by(|a, b| of(a).table == of(b).table && sweep[*a] == sweep[*b]));
+    let places = Places::of(session, &entering);
+    let of_tables = tenths(entering.chunk_by(|a, b| of(a).table == of(b).table && sweep[*a] == sweep[*b]), &places);
     match of_tables.is_empty() {
         false => of_tables,
-        true => middles(entering.chunk_by(|a, b| of(a).load == of(b).load)),
+        true => tenths(entering.chunk_by(|a, b| of(a).load == of(b).load), &places),
     }
 }
 
-fn middles<'p>(groups: impl Iterator<Item = &'p [usize]>) -> BTreeSet<usize> {
-    let middle = |group: &'p [usize]| {
+/// Of each group the tenth that says least of poses which are fitted.
+fn tenths<'p>(groups: impl Iterator<Item = &'p [usize]>, places: &Places) -> BTreeSet<usize> {
+    let tenth = |group: &'p [usize]| {
         let count = if group.len() < LEAST { 0 } else { (group.len() + SHARE / 2) / SHARE };
-        let first = (group.len() - count) / 2;
+        let middle = (group.len() - count) / 2;
+        let firsts = (0..=group.len() - count).step_by(count.max(1)).chain([middle]);
+        let seen_again = |first: &usize| (places.seen_again(&group[*first..first + count]), first.abs_diff(middle));
+        let first = firsts.min_by_key(seen_again).unwrap_or(middle);
         &group[first..first + count]
     };
-    groups.flat_map(middle).copied().collect()
+    groups.flat_map(tenth).copied().collect()
+}
+
+/// Where the arm is in each pose, and with which load.
+struct Places {
+    /// By pose, the number of its place.
+    of_poses: Vec<usize>,
+    /// The poses at each place, in their order.
+    poses: Vec<Vec<usize>>,
+}
+
+impl Places {
+    fn of(session: &Session, poses: &[usize]) -> Places {
+        let mut known: BTreeMap<(Option<usize>, Vec<i64>), usize> = BTreeMap::new();
+        let (mut of_poses, mut at) = (vec![0; session.poses.len()], Vec::new());
+        for pose in poses {
+            let own = &session.poses[*pose];
+            let steps =
+                session.nominal_coordinates(own).into_iter().map(|coordinate| (coordinate / PLACE).floor() as i64);
+            let place = *known.entry((own.load, steps.collect())).or_insert(at.len());
+            of_poses[*pose] = place;
+            if place == at.len() {
+                at.push(Vec::new());
+            }
+            at[place].push(*pose);
+        }
+        Places { of_poses, poses: at }
+    }
+
+    /// How many of some consecutive poses are at places to which the arm also comes long before or after: no sooner than they last.
+    fn seen_again(&self, stretch: &[usize]) -> usize {
+        let (Some(first), Some(last)) = (stretch.first(), stretch.last()) else { return 0 };
+        let long = stretch.len();
+        let again = |pose: &&usize| {
+            let there = &self.poses[self.of_poses[**pose]];
+            there.first().is_some_and(|other| other + long < *first)
+                || there.last().is_some_and(|other| *other > last + long)
+        };
+        stretch.iter().filter(again).count()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Poses that are each at a place of their own, but for some.
+    fn places(count: usize, same: &[[usize; 2]]) -> Places {
+        let mut of_poses: Vec<usize> = (0..count).collect();
+        same.iter().for_each(|[one, other]| of_poses[*other] = of_poses[*one]);
+        let at = |place| (0..count).filter(|pose| of_poses[*pose] == place).collect();
+        Places { poses: (0..count).map(at).collect(), of_poses }
+    }
+
+    #[test]
+    fn where_the_arm_comes_again_is_not_held_out() {
+        let poses: Vec<usize> = (0..40).collect();
+        let held =
+            |same: &[[usize; 2]]| tenths([&poses[..]].into_iter(), &places(40, same)).into_iter().collect::<Vec<_>>();
+        assert_eq!(held(&[]), [18, 19, 20, 21]);
+        assert_eq!(held(&[[2, 19]]), [16, 17, 18, 19].map(|pose| pose + 4), "the next that is seen once");
+        assert_eq!(held(&[[18, 21]]), [18, 19, 20, 21], "neighbours are alike");
+    }
 
     #[test]
     fn the_middle_of_a_group_is_one_stretch_of_a_tenth() {
@@ -180,7 +245,8 @@ mod tests {
                 rest = others;
                 group
             });
-            middles(groups).into_iter().collect::<Vec<_>>()
+            let count = sizes.iter().sum();
+            tenths(groups, &places(count, &[])).into_iter().collect::<Vec<_>>()
         };
         assert_eq!(of(&[40]), [18, 19, 20, 21]);
         assert_eq!(of(&[4, 5, 15]), [6, 15, 16]);

@@ -44,7 +44,7 @@ pub fn not_alone(candidate: &Candidate, joints: usize) -> Option<(Term, Vec<usiz
 fn others_may_have(term: Term) -> Option<Term> {
     match term {
         Term::Zero(SensorZero::Trend | SensorZero::TrendInTables) => Some(DRIFT),
-        Term::Zero(SensorZero::Curve)
+        Term::Zero(SensorZero::Curve | SensorZero::Settling)
         | Term::Gain(SensorGain::InTables | SensorGain::Trend)
         | Term::Friction(Friction::Trend)
         | Term::PositionZero(PositionZero::InTables) => Some(term),

@@ -79,6 +79,18 @@ fn a_zero_that_drifts_is_named_with_its_size() {
 }
 
 /// A quarter of a standard deviation of a reading over the session is named in no joint by itself.
+/// A sensor that is read while it warms up, over the first third of the poses, and is warm then: however far it drifts.
+#[test]
+fn a_zero_that_drifts_and_then_stays_is_named_with_its_size() {
+    let session = shoulder().session(0);
+    let count = session.poses.len() as f64;
+    for drift in [6.0 * NOISE, 50.0 * NOISE] {
+        let settles = first(session.clone(), 1, |place, _| drift * (3.0 * place as f64 / count).min(1.0));
+        assert!(settles.kind == ResidualTestKind::Settling && settles.channel == "joint2", "{settles:?}");
+        assert!((settles.size / drift - 1.0).abs() < 0.3, "{settles:?}");
+    }
+}
+
 #[test]
 fn where_one_zero_drifts_others_are_taken_to_drift_by_what_they_show() {
     let calibrated = |over_session: [f64; 2]| {
@@ -237,6 +249,9 @@ fn torques_that_go_with_angle_speed_acceleration_or_side_are_named() {
     shaken.poses.iter_mut().for_each(|pose| {
         pose.conditions.acceleration = (0..3).map(|_| random.sample::<f64, _>(StandardNormal)).collect();
     });
+    let of_other = first(shaken.clone(), 1, |_, pose| 0.4 * pose.conditions.acceleration[2]);
+    assert_eq!(of_other.kind, ResidualTestKind::AccelerationOfOther { joint: "joint3".into() }, "{of_other:?}");
+    assert!((of_other.size - 0.4).abs() < 0.15 && of_other.unit == "count/(rad/s²)", "{of_other:?}");
     let inertia = first(shaken, 1, |_, pose| 0.4 * pose.conditions.acceleration[1]);
     assert!(inertia.kind == ResidualTestKind::Acceleration && (inertia.size - 0.4).abs() < 0.15, "{inertia:?}");
     assert_eq!(inertia.unit, "count/(rad/s²)");

@@ -34,9 +34,9 @@ impl Answer {
             advice: format!(
                 "{}What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
                      columns, the hemisphere of gravity, the loads' masses and distances, values given as fixed, \
-                     poses that are not static, single bad rows. If the model is known to be this rough, leave std \
-                     away: the noise is then estimated from the residuals.{}",
+                     poses that are not static, single bad rows. If the model is known to be this rough, {}.{}",
                 self.beyond_their_noise(session)?,
+                allow_for_more(session),
                 of_instruments(session)
             ),
         }))
@@ -60,6 +60,16 @@ impl Answer {
         } else {
             format!("Residuals exceed their stated noise most at {}. ", named.join(", "))
         })
+    }
+}
+
+/// How a session lets readings err by more than it says. The noise of recordings is read from them, where nothing is stated.
+fn allow_for_more(session: &Session) -> &'static str {
+    match session.searched.is_empty() {
+        false => {
+            "say unexplained_std = \"estimated\" in [readings.torque]: what readings err by beyond their noise is then estimated from the residuals"
+        }
+        true => "leave std away: the noise is then estimated from the residuals",
     }
 }
 

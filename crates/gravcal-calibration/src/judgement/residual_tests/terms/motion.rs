@@ -13,25 +13,66 @@ use crate::result::{ResidualTest, ResidualTestKind};
 pub enum Motion {
     Velocity,
     Acceleration,
+    /// Of all other joints whose acceleration is known.
+    AccelerationOfOthers,
+}
+
+impl Motion {
+    /// Those that are looked for in a joint. Where the arm is read in motion, its inertia is in the model.
+    pub fn of_joint(of: &Columns) -> Vec<Motion> {
+        let mut terms = vec![Motion::Velocity, Motion::Acceleration];
+        if !of.in_motion() {
+            terms.push(Motion::AccelerationOfOthers);
+        }
+        terms
+    }
 }
 
 impl Lacked for Motion {
     fn columns(&self, of: &Columns, channel: usize) -> Vec<Vec<f64>> {
-        vec![match self {
-            Motion::Velocity => of.condition(channel, |pose| &pose.conditions.velocity, |_| 1.0),
-            Motion::Acceleration => of.condition(channel, |pose| &pose.conditions.acceleration, |_| 1.0),
-        }]
+        match self {
+            Motion::Velocity => vec![of.condition(channel, |pose| &pose.conditions.velocity, |_| 1.0)],
+            Motion::Acceleration => vec![of.reading(channel, |pose| acceleration(of, pose, channel))],
+            Motion::AccelerationOfOthers => {
+                let others = others_accelerated(of, channel).into_iter();
+                others.map(|(other, _)| of.reading(channel, |pose| acceleration(of, pose, other))).collect()
+            }
+        }
     }
 
     fn found(&self, of: &Columns, channel: usize, coefficients: &[f64]) -> Found {
         let first = coefficients.first().copied().unwrap_or(0.0);
         match self {
-            Motion::Velocity => Found::new(ResidualTestKind::Velocity, first, per_motion(of.session, channel, "s")),
+            Motion::Velocity => {
+                Found::new(ResidualTestKind::Velocity, first, per_motion(of.session, (channel, channel), "s"))
+            }
             Motion::Acceleration => {
-                Found::new(ResidualTestKind::Acceleration, first, per_motion(of.session, channel, "s²"))
+                let unit = per_motion(of.session, (channel, channel), "s²");
+                Found::new(ResidualTestKind::Acceleration, first, unit)
+            }
+            Motion::AccelerationOfOthers => {
+                let others = others_accelerated(of, channel).into_iter().zip(coefficients);
+                let shows = |((_, largest), coefficient): &((usize, f64), &f64)| (*coefficient * largest).abs();
+                let most = others.max_by(|a, b| shows(a).total_cmp(&shows(b)));
+                let (other, size) = most.map_or((channel, 0.0), |((other, _), size)| (other, *size));
+                let joint = of.session.channel_name(other);
+                let unit = per_motion(of.session, (channel, other), "s²");
+                Found::new(ResidualTestKind::AccelerationOfOther { joint }, size, unit)
             }
         }
     }
+}
+
+/// rad/s² or m/s²; zero where it is not known.
+fn acceleration(of: &Columns, pose: usize, joint: usize) -> f64 {
+    of.session.poses[pose].conditions.acceleration.get(joint).copied().unwrap_or(0.0)
+}
+
+/// The other joints that are accelerated where a channel is read, each with how much at most.
+fn others_accelerated(of: &Columns, channel: usize) -> Vec<(usize, f64)> {
+    let largest = |joint: usize| of.poses(channel).map(|pose| acceleration(of, pose, joint).abs()).fold(0.0, f64::max);
+    let others = (0..of.session.joints.len()).filter(|joint| *joint != channel);
+    others.map(|joint| (joint, largest(joint))).filter(|(_, largest)| *largest > 0.0).collect()
 }
 
 pub fn of_velocity(test: &ResidualTest) -> Words {
@@ -48,11 +89,23 @@ pub fn of_acceleration(session: &Session, test: &ResidualTest) -> Words {
     )
 }
 
+pub fn of_acceleration_of_other(session: &Session, test: &ResidualTest, other: &str) -> Words {
+    Words::new(
+        format!(
+            "The residual of {} goes with accelerations of other joints, most with that of {other}: {}. This is inertia.",
+            test.channel,
+            shown(test)
+        ),
+        of_inertia(session, test),
+    )
+}
+
 /// What to do about inertia that the model lacks.
 fn of_inertia(session: &Session, test: &ResidualTest) -> &'static str {
     let joint = session.robot.chain.joints().iter().position(|joint| joint.name == test.channel);
     let Some(joint) = joint.filter(|_| session.has_windows()) else {
-        return "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), or drive steadily.";
+        return "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), drive steadily, or take a recording with its inertia \
+                ([readings] motion = {}).";
     };
     let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
     // A rotor takes torque to speed up; what gives it is none.

@@ -9,6 +9,10 @@ use gravcal_robot_model::session::Session;
 /// More tables are not compared.
 const MOST_TABLES: usize = 40;
 
+/// Shares of the time over which a zero may drift before it stays; fewer readings tell no such shape.
+const SETTLED: [f64; 3] = [0.125, 0.25, 0.5];
+const FEWEST_SETTLING: usize = 24;
+
 /// What is said of other sensors.
 const OTHERS_DRIFT: &str =
     "The zeros of the other sensors may drift, too: their intervals include the drift that their own residuals allow.";
@@ -20,14 +24,20 @@ pub enum SensorZero {
     /// In the unit of the reading, from the middle of the time to its ends.
     Curve,
     TrendInTables,
+    /// In the unit of the reading: that drifts over the first eighth, quarter or half of the time and then stays, or some of each.
+    Settling,
     /// Of each table but the first.
     InTables,
 }
 
 impl SensorZero {
     /// Those that are looked for in a channel.
-    pub fn of_channel() -> [SensorZero; 4] {
-        [SensorZero::Trend, SensorZero::Curve, SensorZero::TrendInTables, SensorZero::InTables]
+    pub fn of_channel(of: &Columns, channel: usize) -> Vec<SensorZero> {
+        let mut terms = vec![SensorZero::Trend, SensorZero::Curve, SensorZero::TrendInTables, SensorZero::InTables];
+        if of.read(channel) >= FEWEST_SETTLING {
+            terms.push(SensorZero::Settling);
+        }
+        terms
     }
 }
 
@@ -38,6 +48,7 @@ impl Lacked for SensorZero {
             SensorZero::Curve => vec![squared_time(of, channel, 0.5)],
             SensorZero::TrendInTables if of.tables(channel).len() < 2 => Vec::new(),
             SensorZero::TrendInTables => vec![of.trend(channel, |pose| of.table(pose))],
+            SensorZero::Settling => SETTLED.map(|share| of.reading(channel, settling(of, channel, share))).into(),
             SensorZero::InTables => of.apart(&of.tables(channel), MOST_TABLES, |within| {
                 vec![of.reading(channel, |pose| f64::from(within(pose)))]
             }),
@@ -49,7 +60,7 @@ impl Lacked for SensorZero {
             SensorZero::Trend => vec![of.time_since(channel, |_| 0)],
             SensorZero::Curve => vec![squared_time(of, channel, 0.0)],
             SensorZero::TrendInTables => vec![of.time_since(channel, |pose| of.table(pose))],
-            SensorZero::InTables => self.columns(of, channel),
+            SensorZero::Settling | SensorZero::InTables => self.columns(of, channel),
         }
     }
 
@@ -62,6 +73,13 @@ impl Lacked for SensorZero {
             SensorZero::TrendInTables => {
                 Found::new(ResidualTestKind::TrendInTables, first, format!("{unit}/{}", of.unit_of_time()))
             }
+            SensorZero::Settling => {
+                let shapes = SETTLED.map(|share| settling(of, channel, share));
+                let drifted =
+                    |pose: usize| -> f64 { coefficients.iter().zip(&shapes).map(|(c, shape)| c * shape(pose)).sum() };
+                let most = of.poses(channel).map(drifted).max_by(|a, b| a.abs().total_cmp(&b.abs()));
+                Found::new(ResidualTestKind::Settling, most.unwrap_or(0.0), unit)
+            }
             SensorZero::InTables => {
                 let (file, size) = of.farthest(&of.tables(channel), coefficients);
                 Found::new(ResidualTestKind::Tables { file }, size, unit)
@@ -70,10 +88,21 @@ impl Lacked for SensorZero {
     }
 }
 
+/// Time (or order) since the first reading in a share of its span, and one from there on.
+fn settling(of: &Columns, channel: usize, share: f64) -> impl Fn(usize) -> f64 {
+    let [first, last] = span(of, channel);
+    move |pose| if last > first { ((of.when(pose) - first) / (share * (last - first))).min(1.0) } else { 0.0 }
+}
+
+/// The times (or places in the order) of the first reading and the last.
+fn span(of: &Columns, channel: usize) -> [f64; 2] {
+    let times = || of.poses(channel).map(|pose| of.when(pose));
+    [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)]
+}
+
 /// Square of the time (or order) from a share of its span on, in halves of that.
 fn squared_time(of: &Columns, channel: usize, share: f64) -> Vec<f64> {
-    let times = || of.poses(channel).map(|pose| of.when(pose));
-    let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max));
+    let [first, last] = span(of, channel);
     let (from, half) = (first + share * (last - first), 0.5 * (last - first));
     of.reading(channel, |pose| if half > 0.0 { ((of.when(pose) - from) / half).powi(2) } else { 0.0 })
 }
@@ -108,6 +137,13 @@ pub fn of_trend_in_tables(test: &ResidualTest) -> Words {
         "The residual of {channel} drifts by {size} within each table: its zero creeps, and is read anew between them."
     );
     let cure = "Let the sensor warm up before it is read, and visit some poses twice in each table: at its beginning and its end.";
+    Words::new(what, cure).beside(others_drift(channel))
+}
+
+pub fn of_settling(test: &ResidualTest) -> Words {
+    let channel = &test.channel;
+    let what = format!("The residual of {channel} drifts by up to {}, and stays: its zero settles.", shown(test));
+    let cure = "Let the sensor warm up before it is read, or leave the first minutes out (from_s in [[poses]]).";
     Words::new(what, cure).beside(others_drift(channel))
 }
 

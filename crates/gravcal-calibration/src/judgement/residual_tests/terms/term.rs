@@ -33,13 +33,13 @@ pub enum Term {
 impl Term {
     /// Every term that can be looked for in the readings of a channel.
     pub fn of_channel(of: &Columns, channel: usize) -> Vec<Term> {
-        let mut terms: Vec<Term> = SensorZero::of_channel().map(Term::Zero).into();
+        let mut terms: Vec<Term> = SensorZero::of_channel(of, channel).into_iter().map(Term::Zero).collect();
         let gains = SensorGain::of_channel(of, channel).into_iter().map(Term::Gain);
         if of.is_joint(channel) {
             let stated = [SensorParameter::TorqueGain, SensorParameter::TorqueBias];
             terms.extend(Harmonic::of_torque(of, channel).into_iter().map(Term::Harmonic));
             terms.push(Term::Elastic(Elastic::Spring));
-            terms.extend([Motion::Velocity, Motion::Acceleration].map(Term::Motion));
+            terms.extend(Motion::of_joint(of).into_iter().map(Term::Motion));
             terms.extend(gains);
             terms.extend(Stated::of_sensors(of, channel, stated).map(Term::Stated));
             terms.extend(Friction::of_joint(of, channel).into_iter().map(Term::Friction));

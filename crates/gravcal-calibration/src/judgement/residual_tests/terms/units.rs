@@ -13,9 +13,9 @@ pub fn per_torque(session: &Session, joint: usize, other: usize, and: &str) -> S
     }
 }
 
-/// The unit of a joint's reading for each unit of its coordinate, and so many times of it.
-pub fn per_motion(session: &Session, joint: usize, time: &str) -> String {
-    format!("{}/({}/{time})", session.channel_unit(joint), of_coordinate(session, joint))
+/// The unit of a joint's reading for each unit of the speed or acceleration of another; `time`: by what its coordinate's is divided.
+pub fn per_motion(session: &Session, (joint, other): (usize, usize), time: &str) -> String {
+    format!("{}/({}/{time})", session.channel_unit(joint), of_coordinate(session, other))
 }
 
 /// The unit of a joint's coordinate.
