@@ -23,6 +23,8 @@ const FAR: f64 = 6.0;
 const FEW: f64 = 0.1;
 /// The others are explained where the rms of their residuals is no larger, in standard deviations.
 const EXPLAINED: f64 = 1.5;
+/// So many of one channel, one after the other, are a drift.
+const ONE_AFTER_THE_OTHER: usize = 3;
 /// So many rows are named.
 const TOLD: usize = 5;
 
@@ -57,7 +59,16 @@ fn few_bad(rows: &[(ReadingId, f64)], rank: usize) -> Option<Vec<(ReadingId, f64
     let explained = squares < EXPLAINED * EXPLAINED * freedom as f64;
     let of = |rows: &[(ReadingId, f64)], channel: usize| rows.iter().filter(|(id, _)| id.channel == channel).count();
     let few = bad.iter().all(|(id, _)| of(&bad, id.channel) as f64 <= (FEW * of(rows, id.channel) as f64).max(1.0));
-    (explained && few && !bad.is_empty()).then_some(bad)
+    (explained && few && !bad.is_empty() && !drifts(rows, &bad)).then_some(bad)
+}
+
+/// Whether what is far off is one channel's, reading after reading: its zero drifts then, and no reading is bad by itself.
+fn drifts(rows: &[(ReadingId, f64)], bad: &[(ReadingId, f64)]) -> bool {
+    let [(first, _), .., (last, _)] = bad else { return false };
+    let between = |id: &ReadingId| id.channel == first.channel && (first.pose..=last.pose).contains(&id.pose);
+    bad.len() >= ONE_AFTER_THE_OTHER
+        && bad.iter().all(|(id, _)| id.channel == first.channel)
+        && rows.iter().filter(|(id, _)| between(id)).count() == bad.len()
 }
 
 fn report(session: &Session, bad: &[(ReadingId, f64)], readings: usize) -> Mistake {
@@ -166,6 +177,11 @@ mod tests {
         let rough: Vec<f64> = residuals.iter().map(|residual| 1.6 * residual.signum()).collect();
         let one_bad = [&rough[1..], &[30.0]].concat();
         assert!(few_bad(&rows(&one_bad), 4).is_none(), "what is not explained accuses nobody");
+        let mut drifting = [1.0, -1.0].repeat(20);
+        drifting[..3].copy_from_slice(&[12.0, 9.0, 7.0]);
+        assert!(few_bad(&rows(&drifting), 4).is_none(), "one after the other");
+        drifting.swap(2, 9);
+        assert_eq!(few_bad(&rows(&drifting), 4).unwrap().len(), 3);
         assert!(few_bad(&rows(&[1.0, 9.0]), 1).is_none() && few_bad(&rows(&[9.0]), 1).is_none());
         assert_eq!(few_bad(&rows(&[1.0, 9.0, -1.0, 0.5]), 1).unwrap().len(), 1, "one of few");
     }

@@ -1,7 +1,7 @@
 //! Single readings that are nothing like all others: a number that a recorder writes where it has none, a cell that was mistyped.
 
 use super::names::rows;
-use crate::number::significant;
+use crate::number::shortest;
 use crate::session::{ReadingId, Session};
 
 /// So many times as far from the median as all others, a reading is none.
@@ -34,7 +34,7 @@ fn doubt(session: &Session, channel: usize) -> Option<String> {
     Some(format!(
         "The reading of {name} is {} {unit} in {}, more than {FAR} times as far from all others as they are from their median: recorders write such numbers where \
          they have none. Leave out what is wrong.",
-        significant(worst, 3),
+        shortest(worst),
         rows(session, wrong.iter().map(|(pose, _)| *pose))
     ))
 }

@@ -10,8 +10,8 @@ use gravcal_robot_model::session::Session;
 const MOST_TABLES: usize = 40;
 
 /// Shares of the time over which a zero may drift before it stays; fewer readings tell no such shape.
-const SETTLED: [f64; 3] = [0.125, 0.25, 0.5];
-const FEWEST_SETTLING: usize = 24;
+const SETTLED: [f64; 6] = [0.0625, 0.125, 0.1875, 0.25, 0.375, 0.5];
+const FEWEST_SETTLING: usize = 30;
 
 /// What is said of other sensors.
 const OTHERS_DRIFT: &str =
@@ -24,7 +24,7 @@ pub enum SensorZero {
     /// In the unit of the reading, from the middle of the time to its ends.
     Curve,
     TrendInTables,
-    /// In the unit of the reading: that drifts over the first eighth, quarter or half of the time and then stays, or some of each.
+    /// In the unit of the reading: that drifts over a first part of the time and then stays, or sums of such.
     Settling,
     /// Of each table but the first.
     InTables,
