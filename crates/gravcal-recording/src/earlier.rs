@@ -255,6 +255,8 @@ struct ResidualTest {
     channel: String,
     /// `torque-harmonic`.
     kind: String,
+    /// Of a harmonic, periods a turn.
+    order: Option<u32>,
     spoils_intervals: bool,
 }
 
@@ -418,13 +420,15 @@ impl Estimator {
         misfit.into_iter().chain(too_short).chain(self.shapes()).collect()
     }
 
-    /// What its residuals show that its intervals do not allow for.
+    /// What its residuals show that its model lacks.
     fn shapes(&self) -> Option<String> {
         let spoilt = self.residual_tests.iter().filter(|test| test.spoils_intervals);
-        let reported: Vec<String> =
-            spoilt.map(|test| format!("{} {}", test.channel, test.kind.replace('-', " "))).collect();
-        (!reported.is_empty())
-            .then(|| format!("its residuals show what its intervals do not allow for: {}", reported.join(", ")))
+        let in_words = |test: &ResidualTest| {
+            let order = test.order.map_or_else(String::new, |order| format!(" {order}"));
+            format!("{} {}{order}", test.channel, test.kind.replace('-', " "))
+        };
+        let reported: Vec<String> = spoilt.map(in_words).collect();
+        (!reported.is_empty()).then(|| format!("its residuals show what its model lacks: {}", reported.join(", ")))
     }
 
     /// What an entry of the covariance's order stands for: a parameter, `gravity.x`, or `moments[3]`.
@@ -555,7 +559,7 @@ mod tests {
             r#""residual_tests": [{ "channel": "joint6", "kind": "torque-harmonic", "order": 2, "p_value": 1e-9, "spoils_intervals": true },
                { "channel": "joint1", "kind": "neighbours", "p_value": 1e-9, "spoils_intervals": false }]"#,
         );
-        let shape = "its residuals show what its intervals do not allow for: joint6 torque harmonic";
+        let shape = "its residuals show what its model lacks: joint6 torque harmonic 2";
         assert_eq!(tested.doubts, [shape]);
         let sandwich = with(r#""uncertainty": { "kind": "sandwich", "blocks": 40, "block_poses": 3 }"#);
         assert_eq!((sandwich.blocks_left_out, sandwich.sandwich_blocks), (None, Some(40)));

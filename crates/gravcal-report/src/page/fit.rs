@@ -1,11 +1,13 @@
 //! How well the readings are explained, in numbers, and which were hardly counted.
 
-use gravcal_calibration::result::{ActiveConstraint, EstimatorResult, Outlier};
+use gravcal_calibration::result::{ActiveConstraint, EstimatorResult, Fit, Outlier};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
-use crate::table::fit::{SMALLER_MODELS, chi_squared, prediction, smaller_models, unexplained_error};
+use crate::advice::capital;
+use crate::table::fit::{SMALLER_MODELS, chi_squared, joint_row, prediction, smaller_models, unexplained_error};
 use crate::table::inertias::predictions;
+use crate::table::residual_tests::in_short;
 use gravcal_robot_model::number::significant;
 
 /// Outliers that are named on the page; `calibration.json` names all.
@@ -19,6 +21,8 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
             section {
                 h2 { "How well the readings are explained" }
                 @for line in reported { p { (line) } }
+                @if let Some(fit) = &main.fit { (joints(fit)) }
+                (residual_tests(main))
                 (smaller(main))
                 (constraints(&main.active_constraints))
                 (outliers(&main.outliers))
@@ -38,6 +42,34 @@ fn numbers(result: &EstimatorResult) -> Vec<String> {
     let joints = fit.into_iter().flat_map(|fit| &fit.joints);
     let unexplained = joints.filter_map(|joint| Some(format!("{}.", unexplained_error(joint, &joint.unexplained?))));
     all.into_iter().chain(held_out).chain(consistent).chain(unexplained).collect()
+}
+
+/// Residuals of each joint and axis beside the noise, and of what was held out.
+fn joints(fit: &Fit) -> Markup {
+    let headings =
+        ["", "unit", "readings", "noise", "rms", "largest", "rms, held out", "largest, held out", "of range"];
+    let columns = if fit.held_out.is_some() { 9 } else { 6 };
+    html! {
+        div.wide { table {
+            thead { tr { @for heading in &headings[..columns] { th { (heading) } } } }
+            tbody { @for joint in &fit.joints { tr {
+                @for (place, cell) in joint_row(joint, fit.held_out.as_ref()).iter().enumerate() { td.number[place > 1] { (cell) } }
+            } } }
+        } }
+        @if fit.joints.iter().any(|joint| joint.noise_estimated) { p.small { "~ estimated from the residuals" } }
+    }
+}
+
+/// What they name; the notes say it in sentences.
+fn residual_tests(result: &EstimatorResult) -> Markup {
+    let (count, named) = in_short(result);
+    html! {
+        @if !result.residual_tests.is_empty() {
+            h3 { "Tests on residuals" }
+            p { (capital(&count)) @if named.is_empty() { "." } @else { ":" } }
+            ul { @for line in &named { li { (line) } } }
+        }
+    }
 }
 
 /// What the model gains over smaller ones.

@@ -56,6 +56,12 @@ fn a_perfect_a_partly_determined_and_a_failed_calibration_say_first_what_to_do()
     let session = session();
     let perfect = page(&session, &[joint(&session)]);
     assert!(perfect.contains("Determined: these numbers can be used"));
+    // The fit of each joint, and of what was held out.
+    assert!(
+        perfect.contains("<th>rms, held out</th>") && perfect.contains("<td class=\"number\">0.912</td>"),
+        "{perfect}"
+    );
+    assert!(!perfect.contains("Tests on residuals"), "none were made");
     assert!(perfect.contains("gravcal export calibration.json --to ros2"));
 
     let mut open = joint(&session);

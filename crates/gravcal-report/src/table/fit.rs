@@ -148,26 +148,25 @@ fn grid(fit: &Fit) -> Grid {
     grid.row(over[..columns].iter().copied().map(Cell::text).collect());
     grid.row(headings[..columns].iter().copied().map(Cell::text).collect());
     for joint in &fit.joints {
-        grid.row(joint_row(joint, fit.held_out.as_ref()));
+        grid.row(joint_row(joint, fit.held_out.as_ref()).into_iter().map(Cell::text).collect());
     }
     grid
 }
 
-fn joint_row(joint: &JointFit, held_out: Option<&HeldOut>) -> Vec<Cell> {
+/// A joint's name, its unit, how many readings, their noise, rms and largest residual; rms, largest residual and share of the range of what was held out.
+pub(crate) fn joint_row(joint: &JointFit, held_out: Option<&HeldOut>) -> Vec<String> {
     let estimated = if joint.noise_estimated { "~" } else { "" };
     let noise = format!("{estimated}{}", significant(joint.noise_std, 2));
     let mut row = vec![
-        Cell::text(&joint.joint),
-        Cell::text(&joint.unit),
-        Cell::text(joint.readings.to_string()),
-        Cell::text(noise),
-        Cell::text(significant(joint.rms, 3)),
-        Cell::text(significant(joint.largest, 3)),
+        joint.joint.clone(),
+        joint.unit.clone(),
+        joint.readings.to_string(),
+        noise,
+        significant(joint.rms, 3),
+        significant(joint.largest, 3),
     ];
     if let Some(other) = held_out.and_then(|all| all.joints.iter().find(|other| other.joint == joint.joint)) {
-        row.push(Cell::text(significant(other.rms, 3)));
-        row.push(Cell::text(significant(other.largest, 3)));
-        row.push(Cell::text(share_of_range(other)));
+        row.extend([significant(other.rms, 3), significant(other.largest, 3), share_of_range(other)]);
     }
     row
 }

@@ -5,7 +5,7 @@ pub(crate) mod fit;
 pub(crate) mod inertias;
 mod payloads;
 mod positions;
-mod residual_tests;
+pub(crate) mod residual_tests;
 mod sensor_models;
 mod shared;
 mod values;

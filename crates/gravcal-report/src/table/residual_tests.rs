@@ -14,16 +14,20 @@ pub(super) fn report(results: &[EstimatorResult]) -> String {
 }
 
 fn report_one(result: &EstimatorResult, several: bool) -> String {
-    let named: Vec<String> = result.residual_tests.iter().filter(|test| test.named).map(in_words).collect();
     let whose = if several { format!("{}: ", result.name) } else { String::new() };
-    let count = result.residual_tests.len();
-    let first = match named.is_empty() {
-        true => {
-            format!("{whose}none of {count} names anything that the model lacks")
-        }
-        false => format!("{whose}{} of {count} name what the model lacks", named.len()),
+    let (count, named) = in_short(result);
+    std::iter::once(format!("{whose}{count}")).chain(named).map(|line| wrapped("  ", "    ", &line)).collect()
+}
+
+/// How many there were, and what they name, a line each.
+pub(crate) fn in_short(result: &EstimatorResult) -> (String, Vec<String>) {
+    let named: Vec<String> = result.residual_tests.iter().filter(|test| test.named).map(in_words).collect();
+    let all = result.residual_tests.len();
+    let count = match named.is_empty() {
+        true => format!("none of {all} names anything that the model lacks"),
+        false => format!("{} of {all} name what the model lacks", named.len()),
     };
-    std::iter::once(first).chain(named).map(|line| wrapped("  ", "    ", &line)).collect()
+    (count, named)
 }
 
 fn in_words(test: &ResidualTest) -> String {

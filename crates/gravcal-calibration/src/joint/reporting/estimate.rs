@@ -10,7 +10,7 @@ use crate::joint::method::conclude;
 use crate::joint::problem::JointProblem;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::conclusion::Conclusion;
-use crate::joint::reporting::held_out::fit_with_held_out;
+use crate::joint::reporting::held_out::{fit_with_held_out, fit_without_held_out};
 use crate::joint::reporting::report::report;
 use crate::joint::select::{Signals, select};
 use crate::joint::variables::State;
@@ -47,7 +47,11 @@ pub fn estimate(
     environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let conclusion = conclude(session, readings, known, TestsWanted::All, environment)?;
-    let fit = fit_with_held_out(session, &conclusion.answer.solved, environment)?;
+    let Answer { solved, mistakes, .. } = &conclusion.answer;
+    let fit = match mistakes.found {
+        None => fit_with_held_out(session, solved, environment)?,
+        Some(_) => fit_without_held_out(session, solved, "not made, as the session has a mistake")?,
+    };
     report(session, name, conclusion, fit, environment)
 }
 

@@ -40,12 +40,11 @@ pub(crate) fn fit_with_held_out(
     solved: &Solved,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Fit, EstimateError> {
+    if environment.stopped() {
+        return fit_without_held_out(session, solved, "stopped");
+    }
     let whitened = solved.built.problem.residuals(&solved.estimate.values)?;
     let mut reported = judgement::fit(session, solved, &whitened)?;
-    if environment.stopped() {
-        reported.held_out_missing = Some("stopped".to_owned());
-        return Ok(reported);
-    }
     environment.report("predicting held-out poses");
     // What a prediction is off by is told to three digits.
     let environment = &environment.roughly();
@@ -63,6 +62,17 @@ pub(crate) fn fit_with_held_out(
         reported.smaller_models = smaller_models(session, solved, environment)?;
     }
     Ok(reported)
+}
+
+/// Tells the fit alone. `why`: what the second fit was.
+pub(in crate::joint) fn fit_without_held_out(
+    session: &Session,
+    solved: &Solved,
+    why: &str,
+) -> Result<Fit, EstimateError> {
+    let whitened = solved.built.problem.residuals(&solved.estimate.values)?;
+    let reported = judgement::fit(session, solved, &whitened)?;
+    Ok(Fit { held_out_missing: Some(why.to_owned()), ..reported })
 }
 
 /// How well what was found predicts the tables that enter no fit. `fitted`: the readings that it was found from.

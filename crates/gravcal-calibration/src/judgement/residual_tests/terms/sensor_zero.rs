@@ -151,7 +151,7 @@ pub fn of_tables(session: &Session, test: &ResidualTest, file: &str) -> Words {
     let channel = &test.channel;
     let zero = match is_joint(session, channel) {
         true => "or a shifted zero",
-        false => "or a shifted zero (let each table have a bias of its own)",
+        false => "or a shifted zero (let each table have a bias of its own: biases = \"table\")",
     };
     Words::new(
         format!("The residual of {channel} is another in each table: in {file} by {}.", shown(test)),
