@@ -12,6 +12,7 @@ mod likelihood;
 mod other_hemisphere;
 mod other_link;
 pub(super) mod reversed;
+mod reversed_in_table;
 pub(super) mod search;
 mod swapped_columns;
 mod turned_orientations;

@@ -37,10 +37,14 @@ pub(in crate::joint) fn report(
         Verdict::Failed => (None, Vec::new()),
         Verdict::Determined | Verdict::PartlyDetermined => consistent_model(session, &answer.solved)?,
     };
+    let sensor_models = match verdict {
+        Verdict::Failed => Vec::new(),
+        Verdict::Determined | Verdict::PartlyDetermined => report_model_tests(session, &answer, &fit, environment)?,
+    };
     let blank = EstimatorResult::blank(name, verdict, termination);
     let mut result = EstimatorResult {
         undetermined: undetermined(session, &answer),
-        sensor_models: report_model_tests(session, &answer, &fit, environment)?,
+        sensor_models,
         consistent_model,
         fit: Some(fit),
         reasons: reasons.len(),
