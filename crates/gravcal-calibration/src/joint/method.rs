@@ -37,7 +37,7 @@ use crate::joint::ends::symmetries::{in_hemisphere, settled};
 use crate::joint::error::EstimateError;
 use crate::joint::identifiability::untold_noise::untold_beside_earlier;
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::mistakes::evident::evident_swap;
+use crate::joint::mistakes::evident::evident_mistake;
 use crate::joint::mistakes::search::contradicting_mistake;
 use crate::joint::model_error::settling::LeftToSettle;
 use crate::joint::order::Order;
@@ -184,7 +184,7 @@ pub(super) fn answer(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Answer, EstimateError> {
     let start = start(session, readings, known, environment)?;
-    let evident = evident_swap(session, &start.sample, &start.values, environment)?;
+    let evident = evident_mistake(session, &start.sample, &start.values, environment)?;
     let solved = match evident {
         Some(_) => solve_briefly(session, readings, &start.values, environment)?,
         None => {

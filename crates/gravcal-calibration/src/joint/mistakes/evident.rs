@@ -1,8 +1,9 @@
-//! Columns that are swapped so evidently that nothing need be solved as the session stands.
+//! Columns that are swapped, or a unit that is another, so evidently that nothing need be solved as the session stands.
 //!
 //! With columns of two joints swapped there is no minimum that explains anything, and to look for it takes minutes: solves creep along valleys that lead nowhere, from
 //! one start after the other. A part of the readings tells both at once: none of the best starts comes near to explaining them, even roughly, and with two columns
-//! exchanged the best does. No image of a right session has other columns, so that no start of a right session is accused.
+//! exchanged, or positions in their own unit, the best does. No image of a right session has other columns or another unit, so that no start of a right session is
+//! accused.
 
 use std::sync::Arc;
 
@@ -12,7 +13,7 @@ use gravcal_robot_model::session::Session;
 
 use super::hypothesis::{Cause, Hypothesis};
 use super::search::{BETTER, BETTER_START, SOLVED, in_words};
-use super::swapped_columns;
+use super::{other_unit, swapped_columns};
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::order::Order;
@@ -28,11 +29,11 @@ const EXPLAINED: f64 = 2.0;
 /// Fewer readings for each unknown tell no columns.
 const TELLING: usize = 2;
 
-/// Looks for columns that are swapped. `sample`: a part of the readings; `start`: the best for the session as it stands.
+/// Looks for these. `sample`: a part of the readings; `start`: the best for the session as it stands.
 ///
 /// # Errors
 /// Where no problem can be built.
-pub(in crate::joint) fn evident_swap(
+pub(in crate::joint) fn evident_mistake(
     session: &Session,
     sample: &Sample,
     start: &State,
@@ -48,13 +49,14 @@ pub(in crate::joint) fn evident_swap(
     if before < hopeless {
         return Ok(None);
     }
-    environment.report("looking for swapped columns");
+    environment.report("looking for swapped columns and other units");
     let as_it_stands = start_cost(session, &readings)?;
-    for swapped in [swapped_columns::all(session), swapped_columns::in_one_table(session)] {
-        for swapped in promising(swapped, session, &readings, as_it_stands)? {
-            let after = cost_of(&*swapped, session, &readings, environment)?;
+    let tried = [other_unit::all(session), swapped_columns::all(session), swapped_columns::in_one_table(session)];
+    for alike in tried {
+        for mistake in promising(alike, session, &readings, as_it_stands)? {
+            let after = cost_of(&*mistake, session, &readings, environment)?;
             if after < EXPLAINED * rough.explained() && after < BETTER * before {
-                return Ok(Some(in_words(&*swapped, session, (after / before).sqrt(), None)));
+                return Ok(Some(in_words(&*mistake, session, (after / before).sqrt(), None)));
             }
         }
     }
@@ -63,35 +65,37 @@ pub(in crate::joint) fn evident_swap(
 
 /// The few whose starts cost least, where they cost less than that of the session as it stands.
 fn promising(
-    swapped: Vec<Arc<dyn Hypothesis>>,
+    mistakes: Vec<Arc<dyn Hypothesis>>,
     session: &Session,
     readings: &MeasurementSet,
     as_it_stands: f64,
 ) -> Result<Vec<Arc<dyn Hypothesis>>, EstimateError> {
     let promise =
-        |swapped: Arc<dyn Hypothesis>| Ok((start_cost(&swapped.made(session), &swapped.read(readings))?, swapped));
-    let costs: Result<Vec<_>, EstimateError> = in_parallel(swapped, promise).into_iter().collect();
+        |mistake: Arc<dyn Hypothesis>| Ok((start_cost(&mistake.made(session), &mistake.read(readings))?, mistake));
+    let costs: Result<Vec<_>, EstimateError> = in_parallel(mistakes, promise).into_iter().collect();
     let mut costs = costs?;
     costs.retain(|(cost, _)| *cost < BETTER_START * as_it_stands);
     costs.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    Ok(costs.into_iter().map(|(_, swapped)| swapped).take(SOLVED).collect())
+    Ok(costs.into_iter().map(|(_, mistake)| mistake).take(SOLVED).collect())
 }
 
-/// What the readings cost with columns exchanged, where the best starts lead.
+/// What the readings cost with a mistake mended, where the best starts lead.
 fn cost_of(
-    swapped: &dyn Hypothesis,
+    mistake: &dyn Hypothesis,
     session: &Session,
     readings: &MeasurementSet,
     environment: &SolveEnvironment<'_>,
 ) -> Result<f64, EstimateError> {
-    let made = swapped.made(session);
-    let sample = Sample::new(&made, &swapped.read(readings))?;
+    let made = mistake.made(session);
+    let sample = Sample::new(&made, &mistake.read(readings))?;
     let start = best_start(&made, &sample, None, environment)?;
     Ok(sample.nearby(&made, &start, sample.explained(), environment).cost)
 }
 
 #[cfg(test)]
 mod tests {
+    use gravcal_recording::PositionUnit;
+
     use super::*;
     use crate::joint::{Signals, select};
     use crate::testing::{sarcos_shoulder, with_environment};
@@ -100,7 +104,7 @@ mod tests {
         let sample = Sample::new(session, &select(session, Signals::All)).unwrap();
         with_environment(|environment| {
             let start = best_start(session, &sample, None, environment)?;
-            evident_swap(session, &sample, &start, environment)
+            evident_mistake(session, &sample, &start, environment)
         })
         .unwrap()
         .map(|cause| cause.mistake.advice)
@@ -118,6 +122,23 @@ mod tests {
         positions.poses.iter_mut().for_each(|pose| pose.position.swap(0, 1));
         let told = found(&positions).unwrap();
         assert!(told.contains("swapped position columns: joint1 and joint2"), "{told}");
+    }
+
+    #[test]
+    fn positions_in_another_unit_are_named_before_anything_is_solved() {
+        let right = sarcos_shoulder().session(0);
+        let told = |unit: PositionUnit, factor: f64| {
+            let mut session = right.clone();
+            session.joints.iter_mut().for_each(|joint| joint.position_unit = unit);
+            session.poses.iter_mut().flat_map(|pose| &mut pose.position).for_each(|reading| *reading *= factor);
+            found(&session)
+        };
+        assert_eq!(told(PositionUnit::Radian, 1.0), None);
+        let degrees = told(PositionUnit::Radian, 1_f64.to_degrees()).unwrap();
+        assert!(degrees.contains("position readings in deg that are declared as rad"), "{degrees}");
+        assert!(degrees.contains("say unit = \"deg\" in [readings] position"), "{degrees}");
+        let radians = told(PositionUnit::Degree, 1_f64.to_radians()).unwrap();
+        assert!(radians.contains("position readings in rad that are declared as deg"), "{radians}");
     }
 
     /// Half of the tables were recorded by someone else.

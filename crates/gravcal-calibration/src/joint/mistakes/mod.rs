@@ -11,6 +11,7 @@ pub(super) mod hypothesis;
 mod likelihood;
 mod other_hemisphere;
 mod other_link;
+mod other_unit;
 pub(super) mod reversed;
 mod reversed_in_table;
 pub(super) mod search;

@@ -21,7 +21,7 @@ use super::likelihood::decisively_likelier;
 use super::other_link::OtherLink;
 use super::reversed::{all_reversed, reversed_beside_others, reversed_wrist, solve_with};
 use super::turned_sensors::TurnedSensors;
-use super::{exchanged_load, other_hemisphere, reversed_in_table, swapped_columns, turned_orientations};
+use super::{exchanged_load, other_hemisphere, other_unit, reversed_in_table, swapped_columns, turned_orientations};
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
@@ -116,6 +116,7 @@ fn hypotheses(session: &Session) -> Vec<Arc<dyn Hypothesis>> {
         .chain(other_hemisphere::all(session))
         .chain(exchanged_load::all(session))
         .chain(reversed_in_table::all(session))
+        .chain(other_unit::all(session))
         .chain(OtherLink::all(session).into_iter().map(|other| Arc::new(other) as Arc<dyn Hypothesis>))
         .chain(ExchangedAxes::all(session).into_iter().map(|axes| Arc::new(axes) as Arc<dyn Hypothesis>))
         .collect()

@@ -29,6 +29,11 @@ impl MistakenUnit {
         MISTAKEN.iter().find(|(factor, _)| (ratio.abs() / factor - 1.0).abs() < NEAR).map(|(_, mistaken)| *mistaken)
     }
 
+    /// Those of angles, each with what readings are in what they are taken for.
+    pub fn of_angles() -> [(f64, MistakenUnit); 2] {
+        [MISTAKEN[0], MISTAKEN[1]]
+    }
+
     /// What readings look like, in words that follow on the readings' name.
     pub fn reported(self) -> String {
         format!("look like {}, and are declared as {}", self.likely, self.declared)
