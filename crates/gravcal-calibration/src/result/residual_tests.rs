@@ -74,7 +74,8 @@ pub enum ResidualTestKind {
     Acceleration,
     /// A reading that depends on accelerations of other joints.
     AccelerationOfOther {
-        /// The joint whose acceleration shows most.
+        /// The joint that the test is of: which sits elsewhere, is tilted, or whose acceleration or torque (crosstalk) shows in the reading; or the axis of an
+        /// instrument that does.
         joint: String,
     },
     /// A reading that depends on the side from which its joint came.
@@ -115,12 +116,14 @@ pub enum ResidualTestKind {
     ClockRate,
     /// Where a joint sits on the link before it: lengths are stated without a standard deviation.
     JointPlacement {
-        /// The joint that the test is of: which sits elsewhere, is tilted, or (crosstalk) shows its torque in the reading; or the axis of an instrument that does.
+        /// The joint that the test is of: which sits elsewhere, is tilted, or whose acceleration or torque (crosstalk) shows in the reading; or the axis of an
+        /// instrument that does.
         joint: String,
     },
     /// How a joint is tilted on the link before it: directions of axes are stated without a standard deviation.
     JointTilt {
-        /// The joint that the test is of: which sits elsewhere, is tilted, or (crosstalk) shows its torque in the reading; or the axis of an instrument that does.
+        /// The joint that the test is of: which sits elsewhere, is tilted, or whose acceleration or torque (crosstalk) shows in the reading; or the axis of an
+        /// instrument that does.
         joint: String,
     },
     /// The gain of a torque sensor that is another in another table.
@@ -134,7 +137,8 @@ pub enum ResidualTestKind {
     TorqueNonlinearity,
     /// A torque reading that goes with torques of other joints, or one of an instrument's axis with what its other axes sense.
     Crosstalk {
-        /// The joint that the test is of: which sits elsewhere, is tilted, or (crosstalk) shows its torque in the reading; or the axis of an instrument that does.
+        /// The joint that the test is of: which sits elsewhere, is tilted, or whose acceleration or torque (crosstalk) shows in the reading; or the axis of an
+        /// instrument that does.
         joint: String,
     },
     /// Friction of an arm in motion that grows with the joint's torque.

@@ -2,8 +2,9 @@
 
 use gravcal_estimation::LossName;
 use gravcal_identification::SolveEnvironment;
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{Deflection, PoseBlocks, Session, UncertaintyChoice};
-use gravcal_solvers::LevenbergMarquardt;
+use gravcal_solvers::{Clarabel, LevenbergMarquardt};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
@@ -144,6 +145,39 @@ fn unknowns_of_single_poses_leave_with_them() {
     let mut session = sarcos_shoulder().session(0);
     session.deflection = Deflection { pose_std: Some(0.002), ..Deflection::default() };
     assert_like_noise(&session, PoseBlocks::Poses(3), [0.5, 2.0]);
+}
+
+/// The torque gain that is farthest from its nominal value may be no farther than half a standard deviation less: it leans on that in every fit.
+#[test]
+fn along_an_active_constraint_leaving_out_poses_tells_what_noise_tells() {
+    let mut session = sarcos_shoulder().session(0);
+    let free = estimate(&session);
+    let farthest = |joint: usize| {
+        let gain =
+            free.parameter(&session.parameter_name(ParameterId::Sensor(joint, SensorParameter::TorqueGain))).unwrap();
+        let nominal = session.joints[joint].of(SensorParameter::TorqueGain).nominal;
+        ((gain.value.unwrap() - nominal).abs() - 0.5 * gain.std.unwrap()) / nominal.abs()
+    };
+    let share = (0..session.joints.len()).map(farthest).fold(0.0, f64::max);
+    session.constraints.torque_gains_within = Some(share);
+    let constrained = |uncertainty: UncertaintyChoice| {
+        let session = Session { uncertainty, ..session.clone() };
+        let solver = Clarabel::default();
+        let environment = SolveEnvironment::new(&solver, &|_: &str| {});
+        let result = estimate_jointly(&session, Signals::All, None, &environment).unwrap();
+        assert_eq!(result.active_constraints.len(), 1, "{:?}", result.active_constraints);
+        stds(&result)
+    };
+    let blocks = PoseBlocks::Poses(3);
+    let (left_out, noise) =
+        (constrained(UncertaintyChoice::Jackknife { blocks }), constrained(UncertaintyChoice::Noise));
+    assert_eq!(left_out.len(), noise.len());
+    for (left_out, noise) in left_out.iter().zip(&noise) {
+        assert!(
+            (0.5 * noise..2.0 * noise).contains(left_out) || (*noise == 0.0 && *left_out == 0.0),
+            "{left_out} {noise}"
+        );
+    }
 }
 
 #[test]
