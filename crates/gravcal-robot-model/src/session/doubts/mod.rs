@@ -27,7 +27,10 @@ impl Session {
     pub fn find_doubts(&self) -> Vec<String> {
         let stated = robot::doubts(self).into_iter().chain(stated::doubts(self)).chain(far_away::doubts(self));
         let columns = stated.chain(columns::doubts(self));
-        let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
+        let positions = positions::doubts(self);
+        // Positions in another unit make other torques of all masses.
+        let torques = if positions::are_in_another_unit(self) { None } else { torques::doubt(self) };
+        let units = positions.into_iter().chain(torques);
         columns
             .chain(units)
             .chain(wrong_cells::doubts(self))

@@ -34,10 +34,19 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
     too_far(session).into_iter().chain(hardly_turning(session)).collect()
 }
 
+/// Whether any is doubted, and not for few cells alone.
+pub(super) fn are_in_another_unit(session: &Session) -> bool {
+    let far = joints_too_far(session);
+    hardly_turning(session).is_some() || !far.is_empty() && wrong_cells(session, &far).is_none()
+}
+
+fn joints_too_far(session: &Session) -> Vec<usize> {
+    (0..session.joints.len()).filter(|joint| reach(session, *joint) > most(session, *joint)).collect()
+}
+
 fn too_far(session: &Session) -> Vec<String> {
     let kind = |joint: &usize| session.robot.chain.joints()[*joint].kind;
-    let too_far = (0..session.joints.len()).filter(|joint| reach(session, *joint) > most(session, *joint));
-    let too_far: Vec<usize> = too_far.collect();
+    let too_far = joints_too_far(session);
     if let Some(cells) = wrong_cells(session, &too_far) {
         return vec![cells];
     }
