@@ -10,7 +10,6 @@
 //! Candidates are the stamps, rows that are evenly spaced (a straight line through the stamps of each run), and stamps rounded to the
 //! tick, the time from row to row of that line. Another than the stamps is believed only where it is clearly better.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 use crate::motion::median;
@@ -140,15 +139,6 @@ impl Recorded {
             start += group.len();
             start - group.len()..start
         })
-    }
-
-    /// Without some rows.
-    pub fn leave_out(&mut self, rows: &BTreeSet<usize>) {
-        let kept = |count: usize| (0..count).filter(|row| !rows.contains(row));
-        let count = self.len();
-        self.values = kept(count).flat_map(|row| self.values[row * self.width..][..self.width].to_vec()).collect();
-        self.times = kept(count).map(|row| self.times[row]).collect();
-        self.rows = kept(count).map(|row| self.rows[row]).collect();
     }
 
     pub fn len(&self) -> usize {

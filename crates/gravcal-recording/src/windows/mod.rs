@@ -112,7 +112,7 @@ pub struct MotionWindows {
     pub repeated: u64,
     /// Rows that are zero in all columns behind one that is in none, as messages without content are, and were left out.
     pub empty: u64,
-    /// Rows in which a joint is suddenly elsewhere and back in the next, left out.
+    /// Rows in which a joint is suddenly elsewhere and back in the next: its position is taken from the rows beside.
     pub strays: Vec<Stray>,
     /// Rows without a time, left out.
     pub without_time: u64,
@@ -211,7 +211,7 @@ pub fn motion_windows(
             rate: FEWEST / rule.length,
         });
     }
-    let strays = strays::leave_out(&mut recorded, &rule.turn);
+    let strays = strays::take_from_neighbours(&mut recorded, &rule.turn);
     let names = || reader.channels.list.iter().map(|channel| channel.column.as_str());
     let wraps = unwrap::unwrap(&mut recorded, &rule.turn).map_err(|jump| ReadError::PositionJumps {
         path: path(),

@@ -67,7 +67,7 @@ fn residual_tests(result: &EstimatorResult) -> Markup {
         @if !result.residual_tests.is_empty() {
             h3 { "Tests on residuals" }
             p { (capital(&count)) @if named.is_empty() { "." } @else { ":" } }
-            ul { @for line in &named { li { (line) } } }
+            @if !named.is_empty() { ul { @for line in &named { li { (line) } } } }
         }
     }
 }

@@ -197,9 +197,10 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
     ];
     let empty = (*empty > 0).then(|| format!("{name}: {} left out.", counted(*empty, messages)));
     let strays = strays.first().map(|first| {
-        let messages = ["row is left out, in which a joint is", "rows are left out, in which a joint is"];
+        let messages = ["row has", "rows have"];
         format!(
-            "{name}: {} suddenly elsewhere and back in the next (row {}: `{}` by {:.2} of a turn{}). Look at what wrote them.",
+            "{name}: {} a joint that is suddenly elsewhere and back in the next (row {}: `{}` by {:.2} of a turn{}): its position there is taken from the rows beside. \
+             Look at what wrote it.",
             counted(strays.len() as u64, messages),
             first.row,
             mapping.positions[first.joint].column,

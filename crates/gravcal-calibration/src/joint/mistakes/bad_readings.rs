@@ -23,7 +23,7 @@ const FAR: f64 = 6.0;
 const FEW: f64 = 0.1;
 /// The others are explained where the rms of their residuals is no larger, in standard deviations.
 const EXPLAINED: f64 = 1.5;
-/// So many of one channel, at least every second between the first and the last, are a drift.
+/// So many of one channel, at least every second of the first or the last ones, are a drift.
 const ONE_AFTER_THE_OTHER: usize = 3;
 /// So many rows are named.
 const TOLD: usize = 5;
@@ -62,13 +62,17 @@ fn few_bad(rows: &[(ReadingId, f64)], rank: usize) -> Option<Vec<(ReadingId, f64
     (explained && few && !bad.is_empty() && !drifts(rows, &bad)).then_some(bad)
 }
 
-/// Whether what is far off is one channel's, in one stretch: its zero drifts then, and no reading is bad by itself.
+/// Whether what is far off is one channel's, in one stretch at the beginning or the end, and to one side: its zero drifts then, and no reading is bad by itself.
 fn drifts(rows: &[(ReadingId, f64)], bad: &[(ReadingId, f64)]) -> bool {
-    let [(first, _), .., (last, _)] = bad else { return false };
-    let between = |id: &ReadingId| id.channel == first.channel && (first.pose..=last.pose).contains(&id.pose);
-    bad.len() >= ONE_AFTER_THE_OTHER
-        && bad.iter().all(|(id, _)| id.channel == first.channel)
-        && rows.iter().filter(|(id, _)| between(id)).count() <= 2 * bad.len()
+    let [(first, side), ..] = bad else { return false };
+    let own: Vec<f64> =
+        rows.iter().filter(|(id, _)| id.channel == first.channel).map(|(_, residual)| *residual).collect();
+    let alike = bad.iter().all(|(id, residual)| id.channel == first.channel && residual * side > 0.0);
+    let within = |mut stretch: Vec<f64>| {
+        stretch.truncate(2 * bad.len());
+        stretch.iter().filter(|residual| residual.abs() > FAR).count() == bad.len()
+    };
+    bad.len() >= ONE_AFTER_THE_OTHER && alike && (within(own.clone()) || within(own.into_iter().rev().collect()))
 }
 
 fn report(session: &Session, bad: &[(ReadingId, f64)], readings: usize) -> Mistake {
@@ -180,8 +184,13 @@ mod tests {
         let mut drifting = [1.0, -1.0].repeat(20);
         drifting[..3].copy_from_slice(&[12.0, 9.0, 7.0]);
         assert!(few_bad(&rows(&drifting), 4).is_none(), "one after the other");
+        drifting[1] = -9.0;
+        assert_eq!(few_bad(&rows(&drifting), 4).unwrap().len(), 3, "to both sides");
+        drifting[1] = 9.0;
         drifting.swap(2, 9);
-        assert_eq!(few_bad(&rows(&drifting), 4).unwrap().len(), 3);
+        assert_eq!(few_bad(&rows(&drifting), 4).unwrap().len(), 3, "not in one stretch");
+        drifting.rotate_left(30);
+        assert_eq!(few_bad(&rows(&drifting), 4).unwrap().len(), 3, "in the middle");
         assert!(few_bad(&rows(&[1.0, 9.0]), 1).is_none() && few_bad(&rows(&[9.0]), 1).is_none());
         assert_eq!(few_bad(&rows(&[1.0, 9.0, -1.0, 0.5]), 1).unwrap().len(), 1, "one of few");
     }

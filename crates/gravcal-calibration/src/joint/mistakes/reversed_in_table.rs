@@ -25,8 +25,11 @@ pub(super) fn all(session: &Session) -> Vec<Arc<dyn Hypothesis>> {
     let of_joint = |joint: usize| {
         let is_read =
             |table: &usize| session.poses.iter().any(|pose| pose.table == *table && pose.torque[joint].is_some());
-        let tables: Vec<usize> = (0..session.tables.len()).filter(is_read).collect();
-        let tables = if tables.len() > 1 { tables } else { Vec::new() };
+        let mut tables: Vec<usize> = (0..session.tables.len()).filter(is_read).collect();
+        // The gain's sign is free: of two tables the one is reversed where the other is, and of one none.
+        if tables.len() <= 2 {
+            tables = tables.into_iter().skip(1).collect();
+        }
         tables.into_iter().map(move |table| ReversedInTable { joint, table })
     };
     let all = (0..session.joints.len()).flat_map(of_joint);
@@ -47,7 +50,7 @@ impl Hypothesis for ReversedInTable {
         let file = file_name(&session.tables[self.table].path);
         (
             format!("torque readings of {joint} with another sign in {file} than elsewhere"),
-            "Turn their sign round there, or record it again as the others were.".to_owned(),
+            "Turn their sign round there, or in all other files, whichever is wrong.".to_owned(),
         )
     }
 }

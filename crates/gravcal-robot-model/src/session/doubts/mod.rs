@@ -28,9 +28,7 @@ impl Session {
         let stated = robot::doubts(self).into_iter().chain(stated::doubts(self)).chain(far_away::doubts(self));
         let columns = stated.chain(columns::doubts(self));
         let positions = positions::doubts(self);
-        // Positions in another unit make other torques of all masses.
-        let torques = if positions::are_in_another_unit(self) { None } else { torques::doubt(self) };
-        let units = positions.into_iter().chain(torques);
+        let units = positions.into_iter().chain(torques::doubt(self, positions::are_in_another_unit(self)));
         columns
             .chain(units)
             .chain(wrong_cells::doubts(self))

@@ -34,9 +34,10 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
     too_far(session).into_iter().chain(hardly_turning(session)).collect()
 }
 
-/// Whether any is doubted, and not for few cells alone.
+/// Whether angles may be, and not in few cells alone.
 pub(super) fn are_in_another_unit(session: &Session) -> bool {
-    let far = joints_too_far(session);
+    let mut far = joints_too_far(session);
+    far.retain(|joint| session.robot.chain.joints()[*joint].kind == JointKind::Revolute);
     hardly_turning(session).is_some() || !far.is_empty() && wrong_cells(session, &far).is_none()
 }
 

@@ -1,4 +1,6 @@
-//! Single readings that are nothing like all others: a number that a recorder writes where it has none, a cell that was mistyped.
+//! Single readings that are nothing like all others with the same load: a number that a recorder writes where it has none, a cell that was mistyped.
+
+use std::collections::BTreeSet;
 
 use super::names::rows;
 use crate::number::shortest;
@@ -11,14 +13,20 @@ const FEW: f64 = 0.01;
 /// Fewer readings do not tell how far they are from each other.
 const FEWEST: usize = 20;
 
-/// A sentence for each channel with such readings.
+/// What is nearer to the others is rounding, in any unit.
+const LEAST: f64 = 1e-9;
+
+/// A sentence for each channel and load with such readings.
 pub(super) fn doubts(session: &Session) -> Vec<String> {
-    (0..session.channel_count()).filter_map(|channel| doubt(session, channel)).collect()
+    let loads: BTreeSet<Option<usize>> = session.poses.iter().map(|pose| pose.load).collect();
+    let of_channel = |channel: usize| loads.iter().filter_map(move |load| doubt(session, channel, *load));
+    (0..session.channel_count()).flat_map(of_channel).collect()
 }
 
-fn doubt(session: &Session, channel: usize) -> Option<String> {
+fn doubt(session: &Session, channel: usize, load: Option<usize>) -> Option<String> {
     let read = |pose: usize| Some((pose, session.reading(ReadingId { pose, channel })?.value));
-    let mut readings: Vec<(usize, f64)> = (0..session.poses.len()).filter_map(read).collect();
+    let carries = |pose: &usize| session.poses[*pose].load == load;
+    let mut readings: Vec<(usize, f64)> = (0..session.poses.len()).filter(carries).filter_map(read).collect();
     if readings.len() < FEWEST {
         return None;
     }
@@ -27,8 +35,11 @@ fn doubt(session: &Session, channel: usize) -> Option<String> {
     readings.sort_by(|a, b| (b.1 - middle).abs().total_cmp(&(a.1 - middle).abs()));
     let few = ((FEW * readings.len() as f64) as usize).max(1);
     let usual = (readings[few].1 - middle).abs();
-    let wrong: Vec<(usize, f64)> =
-        readings[..few].iter().copied().filter(|(_, value)| (value - middle).abs() > FAR * usual).collect();
+    let wrong: Vec<(usize, f64)> = readings[..few]
+        .iter()
+        .copied()
+        .filter(|(_, value)| (value - middle).abs() > (FAR * usual).max(LEAST))
+        .collect();
     let (_, worst) = *wrong.first().filter(|_| usual > 0.0)?;
     let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
     Some(format!(

@@ -90,7 +90,9 @@ impl Lacked for Friction {
     fn may_be(&self, of: &Columns, channel: usize, coefficients: &[f64]) -> bool {
         let takes_torque = |size: &f64| size * sign_of_motion(of.session, channel) > 0.0;
         match self {
-            Friction::Presliding | Friction::OfLoad => coefficients.iter().all(takes_torque),
+            Friction::Presliding | Friction::OfLoad => {
+                !coefficients.is_empty() && coefficients.iter().all(takes_torque)
+            }
             Friction::Direction | Friction::Trend | Friction::Curve => true,
         }
     }

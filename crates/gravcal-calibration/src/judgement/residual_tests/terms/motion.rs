@@ -9,6 +9,10 @@ use crate::judgement::residual_tests::columns::Columns;
 use crate::judgement::residual_tests::wording::shown;
 use crate::result::{ResidualTest, ResidualTestKind};
 
+/// What to do about inertia where poses are taken as static.
+const AT_REST: &str = "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), drive steadily, or take a recording with its inertia \
+                       ([readings] motion = {}).";
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Motion {
     Velocity,
@@ -89,14 +93,14 @@ pub fn of_acceleration(session: &Session, test: &ResidualTest) -> Words {
     )
 }
 
-pub fn of_acceleration_of_other(session: &Session, test: &ResidualTest, other: &str) -> Words {
+pub fn of_acceleration_of_other(test: &ResidualTest, other: &str) -> Words {
     Words::new(
         format!(
             "The residual of {} goes with accelerations of other joints, most with that of {other}: {}. This is inertia.",
             test.channel,
             shown(test)
         ),
-        of_inertia(session, test),
+        AT_REST,
     )
 }
 
@@ -104,8 +108,7 @@ pub fn of_acceleration_of_other(session: &Session, test: &ResidualTest, other: &
 fn of_inertia(session: &Session, test: &ResidualTest) -> &'static str {
     let joint = session.robot.chain.joints().iter().position(|joint| joint.name == test.channel);
     let Some(joint) = joint.filter(|_| session.has_windows()) else {
-        return "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), drive steadily, or take a recording with its inertia \
-                ([readings] motion = {}).";
+        return AT_REST;
     };
     let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
     // A rotor takes torque to speed up; what gives it is none.

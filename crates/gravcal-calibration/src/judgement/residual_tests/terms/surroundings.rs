@@ -55,7 +55,7 @@ impl Lacked for Surroundings {
 
     /// No base turns against what it carries.
     fn may_be(&self, _of: &Columns, _channel: usize, coefficients: &[f64]) -> bool {
-        *self != Surroundings::BaseGivesWay || coefficients.iter().all(|turn| *turn > 0.0)
+        *self != Surroundings::BaseGivesWay || coefficients.first().is_some_and(|turn| *turn > 0.0)
     }
 }
 

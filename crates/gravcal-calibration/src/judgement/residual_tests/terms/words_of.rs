@@ -22,7 +22,7 @@ pub fn words_of(session: &Session, test: &ResidualTest) -> Option<Words> {
         Kind::Spring => elastic::of_spring(session, test),
         Kind::Velocity => motion::of_velocity(test),
         Kind::Acceleration => motion::of_acceleration(session, test),
-        Kind::AccelerationOfOther { joint } => motion::of_acceleration_of_other(session, test, joint),
+        Kind::AccelerationOfOther { joint } => motion::of_acceleration_of_other(test, joint),
         Kind::Presliding => friction::of_presliding(test),
         Kind::LoadFriction => friction::of_load_friction(session, test),
         Kind::FrictionTrend => friction::of_trend(test),
