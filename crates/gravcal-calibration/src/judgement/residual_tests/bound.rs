@@ -72,13 +72,17 @@ impl Sums {
         let mut own = vec![DMatrix::zeros(count, count); owners];
         let mut shared = vec![vec![0.0; rank * count]; owners];
         let mut read = vec![DVector::zeros(count); owners];
-        for (place, (column, length)) in columns.iter().zip(&lengths).enumerate() {
+        let of_unit_length = |(column, length): (&Vec<f64>, &f64)| -> Vec<f64> {
+            column.iter().map(|z| if *z == 0.0 { 0.0 } else { z / length }).collect()
+        };
+        let columns: Vec<Vec<f64>> = columns.iter().zip(&lengths).map(of_unit_length).collect();
+        for (place, column) in columns.iter().enumerate() {
             for (row, z) in column.iter().enumerate().filter(|(_, z)| **z != 0.0) {
-                let (owner, z) = (rows.owner(row), z / length);
-                add(&mut shared[owner][rank * place..rank * (place + 1)], z, maker.shared_of(row));
+                let owner = rows.owner(row);
+                add(&mut shared[owner][rank * place..rank * (place + 1)], *z, maker.shared_of(row));
                 read[owner][place] += z * maker.residuals()[row];
-                for (other, length) in (0..=place).zip(&lengths).filter(|(other, _)| columns[*other][row] != 0.0) {
-                    own[owner][(place, other)] += z * columns[other][row] / length;
+                for (other, column) in columns[..=place].iter().enumerate() {
+                    own[owner][(place, other)] += z * column[row];
                 }
             }
         }
