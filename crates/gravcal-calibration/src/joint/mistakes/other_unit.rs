@@ -11,7 +11,7 @@ use super::hypothesis::Hypothesis;
 /// Of all joints that turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct OtherUnit {
-    /// What the readings are, in what they are taken for.
+    /// Of the position gains.
     factor: f64,
     mistaken: MistakenUnit,
 }

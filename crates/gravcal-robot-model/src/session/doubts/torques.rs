@@ -20,9 +20,9 @@ const READINGS: usize = 5;
 /// Torques of less than this, N·m, tell nothing.
 const LEAST: f64 = 0.1;
 
-/// How the torques of the joints that turn compare with those that the robot's masses make at nominal values; `elsewhere`: whether angles may be in another
-/// unit, so that these masses make other torques than are computed.
-pub(super) fn doubt(session: &Session, elsewhere: bool) -> Option<String> {
+/// How the torques of the joints that turn compare with those that the robot's masses make at nominal values; `angles_doubted`: whether these may be in
+/// another unit, so that the masses make other torques than are computed.
+pub(super) fn doubt(session: &Session, angles_doubted: bool) -> Option<String> {
     let joints = session.robot.chain.joints();
     let turning: Vec<usize> = (0..joints.len()).filter(|joint| joints[*joint].kind == JointKind::Revolute).collect();
     let model = model(session)?;
@@ -36,11 +36,8 @@ pub(super) fn doubt(session: &Session, elsewhere: bool) -> Option<String> {
         *varies > FAR * largest.max(LEAST) || own[*joint] > LEAST && *varies > FAR_OF_OWN * own[*joint]
     };
     let beyond: Vec<usize> = ranges.iter().filter(is_beyond).map(|(joint, _)| *joint).collect();
-    if !beyond.is_empty() && elsewhere {
-        return None;
-    }
     if !beyond.is_empty() {
-        return Some(format!(
+        return (!angles_doubted).then(|| format!(
             "As declared, torque readings of {} vary by ±{:.0} N·m, and the robot's masses make {:.1} N·m at most: they are in \
              another unit. {CURE}",
             named(session, &beyond),

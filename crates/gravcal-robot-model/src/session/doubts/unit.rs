@@ -9,13 +9,13 @@ pub struct MistakenUnit {
     pub likely: &'static str,
 }
 
-/// Position gains of readings in another unit than declared, relative to their nominal values.
-const MISTAKEN: [(f64, MistakenUnit); 4] = [
+/// Position gains of readings in another unit than declared, relative to their nominal values: of angles, and of lengths.
+const ANGLES: [(f64, MistakenUnit); 2] = [
     (180.0 / std::f64::consts::PI, MistakenUnit::RADIANS_AS_DEGREES),
     (std::f64::consts::PI / 180.0, MistakenUnit::DEGREES_AS_RADIANS),
-    (1e3, MistakenUnit { declared: "mm", likely: "m" }),
-    (1e-3, MistakenUnit::MILLIMETERS_AS_METERS),
 ];
+const LENGTHS: [(f64, MistakenUnit); 2] =
+    [(1e3, MistakenUnit { declared: "mm", likely: "m" }), (1e-3, MistakenUnit::MILLIMETERS_AS_METERS)];
 /// How far a gain may be from such a number, as a share of it.
 const NEAR: f64 = 0.3;
 
@@ -26,12 +26,16 @@ impl MistakenUnit {
 
     /// The mistake behind a position gain that is `ratio` times its nominal value, if it is one of units.
     pub fn of_gain(ratio: f64) -> Option<MistakenUnit> {
-        MISTAKEN.iter().find(|(factor, _)| (ratio.abs() / factor - 1.0).abs() < NEAR).map(|(_, mistaken)| *mistaken)
+        ANGLES
+            .iter()
+            .chain(&LENGTHS)
+            .find(|(factor, _)| (ratio.abs() / factor - 1.0).abs() < NEAR)
+            .map(|(_, mistaken)| *mistaken)
     }
 
-    /// Those of angles, each with what readings are in what they are taken for.
+    /// Those of angles, each with the position gain, relative to its nominal value, that makes of the readings what their own unit does.
     pub fn of_angles() -> [(f64, MistakenUnit); 2] {
-        [MISTAKEN[0], MISTAKEN[1]]
+        ANGLES
     }
 
     /// What readings look like, in words that follow on the readings' name.

@@ -6,13 +6,12 @@ use super::names::rows;
 use crate::number::shortest;
 use crate::session::{ReadingId, Session};
 
-/// So many times as far from the median as all others, a reading is none.
+/// What is so many times as far from the median as all others is no reading.
 const FAR: f64 = 100.0;
 /// Share of a channel's readings that may be so; one always may.
 const FEW: f64 = 0.01;
 /// Fewer readings do not tell how far they are from each other.
 const FEWEST: usize = 20;
-
 /// What is nearer to the others is rounding, in any unit.
 const LEAST: f64 = 1e-9;
 
@@ -43,8 +42,8 @@ fn doubt(session: &Session, channel: usize, load: Option<usize>) -> Option<Strin
     let (_, worst) = *wrong.first().filter(|_| usual > 0.0)?;
     let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
     Some(format!(
-        "The reading of {name} is {} {unit} in {}, more than {FAR} times as far from all others as they are from their median: recorders write such numbers where \
-         they have none. Leave out what is wrong.",
+        "The reading of {name} is {} {unit} in {}: more than {FAR} times as far from the median of these readings as the others are. Recorders write such numbers \
+         where they have no reading. Leave these cells empty, or these rows out.",
         shortest(worst),
         rows(session, wrong.iter().map(|(pose, _)| *pose))
     ))

@@ -63,13 +63,13 @@ impl Answer {
     }
 }
 
-/// How a session lets readings err by more than it says. The noise of recordings is read from them, where nothing is stated.
+/// How a session lets readings err by more than it says. The noise of standstills and sweeps is read from their recordings, where nothing is stated.
 fn allow_for_more(session: &Session) -> &'static str {
-    match session.searched.is_empty() {
-        false => {
+    match session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some()) {
+        true => {
             "say unexplained_std = \"estimated\" in [readings.torque]: what readings err by beyond their noise is then estimated from the residuals"
         }
-        true => "leave std away: the noise is then estimated from the residuals",
+        false => "leave std away: the noise is then estimated from the residuals",
     }
 }
 
