@@ -38,12 +38,12 @@ pub struct MeasurementSet {
     pub order: Order,
 }
 
-/// What may bend joints that stand: `bending.rs` finds it.
+/// What may bend joints: `bending.rs` finds it.
 #[derive(Clone, Debug)]
 pub(super) struct Bending {
     /// By joint, rad/(N·m); zero of those that do not bend, or whose torque is not read.
     pub std: Vec<f64>,
-    /// By pose and joint, N·m; zero where it moves.
+    /// By pose and joint, N·m.
     pub torques: Vec<Vec<f64>>,
 }
 

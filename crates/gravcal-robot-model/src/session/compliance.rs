@@ -24,9 +24,7 @@ fn compliance(joint: &Joint, std: f64) -> Parameter {
         owner: joint.name.clone(),
         quantity: "compliance".into(),
         unit: if joint.kind == JointKind::Revolute { "rad/(N·m)" } else { "m/N" }.into(),
-        convention:
-            "coordinate = position_gain * reading + position_offset + compliance * torque, of a joint that stands"
-                .into(),
+        convention: "coordinate = position_gain * reading + position_offset + compliance * torque".into(),
         prior: ParameterPrior {
             nominal: 0.0,
             kind: if stiff { PriorKind::Fixed } else { PriorKind::Gaussian { std } },
@@ -42,7 +40,7 @@ fn compliance(joint: &Joint, std: f64) -> Parameter {
 }
 
 impl Session {
-    /// Lets every joint give way under the torque that it carries while it stands: one compliance each, known to be zero
+    /// Lets every joint give way under the torque of gravity that it carries: one compliance each, known to be zero
     /// within `std`, rad/(N·m). They come last among the further parameters.
     pub fn let_joints_give_way(&mut self, std: &[f64]) {
         self.deflection.compliance = Some(self.further.len());

@@ -37,7 +37,7 @@ impl<'s> Statics<'s> {
         self.simulation
     }
 
-    /// True coordinates and torques, stationary joints deflected.
+    /// True coordinates and torques: joints that stand deflected, and each bent by what it carries.
     pub fn of(&mut self, stand: &Stand, conditions: &Conditions, load: Option<usize>) -> (Vec<f64>, &[f64]) {
         let Simulation { truth, template, disturbance, .. } = self.simulation;
         let inertia = &self.inertia[load.map_or(0, |load| load + 1)];
@@ -48,9 +48,8 @@ impl<'s> Statics<'s> {
         let mut coordinates = sensed.clone();
         for _ in 0..rounds {
             for (joint, coordinate) in coordinates.iter_mut().enumerate() {
-                let deflection = stand.deflection[joint] + compliance[joint] * self.torque.torque[joint];
-                let moving = stand.swept == Some(joint);
-                *coordinate = sensed[joint] + if moving { 0.0 } else { deflection };
+                let held = if stand.swept == Some(joint) { 0.0 } else { stand.deflection[joint] };
+                *coordinate = sensed[joint] + held + compliance[joint] * self.torque.torque[joint];
             }
             template.robot.chain.update_gravity_torque(&coordinates, truth.gravity, inertia, &mut self.torque);
         }

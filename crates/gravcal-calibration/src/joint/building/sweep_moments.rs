@@ -87,6 +87,20 @@ impl SweepMoments {
         self.of_pose[pose].as_deref()
     }
 
+    /// What gravity makes each joint carry in a pose, N·m or N, by the moments of `state`; zero in poses of no sweep.
+    pub fn carried(&self, session: &Session, state: &State, pose: usize) -> Vec<f64> {
+        let mut torques = vec![0.0; session.joints.len()];
+        if self.of_pose(pose).is_some() {
+            let chain = session.robot.chain.without_lengths();
+            let Pose { position, conditions, .. } = &session.poses[pose];
+            let coordinates = session.terms.coordinates(position, conditions, state);
+            let links = self.link_inertia(session, pose, &state.sweep_moments);
+            let inertia = with_load(session, pose, &links, &relative_placements(session, &state.loads));
+            chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
+        }
+        torques
+    }
+
     /// Adds a block for each moment, from the start's own values, or else from those of its links. `used`: by pose, whether
     /// a reading of it enters; `straight`: whether readings are affine in moments.
     pub fn add_blocks(
@@ -192,15 +206,21 @@ fn by_gravity(
     (coordinates, inertia): (&[f64], &[[f64; 4]]),
     placements: &[[f64; 3]],
 ) -> Vec<f64> {
-    let mut inertia = inertia.to_vec();
+    let inertia = with_load(session, pose, inertia, placements);
+    let mut torque = GravityTorque::new(chain.joint_count(), chain.link_count());
+    chain.linearize_gravity_torque(coordinates, [0.0; 3], inertia.as_flattened(), &mut torque);
+    torque.by_gravity
+}
+
+/// Mass and first moment of each link, what a pose carries included.
+fn with_load(session: &Session, pose: usize, links: &[[f64; 4]], placements: &[[f64; 3]]) -> Vec<[f64; 4]> {
+    let mut inertia = links.to_vec();
     if let Some(load) = session.poses[pose].load {
         let (mass, link) = (session.loads[load].mass, session.loads[load].link);
         inertia[link][0] += mass;
         (0..3).for_each(|axis| inertia[link][1 + axis] += mass * placements[load][axis]);
     }
-    let mut torque = GravityTorque::new(chain.joint_count(), chain.link_count());
-    chain.linearize_gravity_torque(coordinates, [0.0; 3], inertia.as_flattened(), &mut torque);
-    torque.by_gravity
+    inertia
 }
 
 /// The moment whose `∂τ/∂g` in base coordinates is given, along the directions that stand for the joint's link.

@@ -10,7 +10,6 @@ use gravcal_robot_model::residuals::{
     SweepTorqueModel,
 };
 use gravcal_robot_model::session::{Pose, Session};
-use gravcal_robot_model::sweeps::sweeping;
 
 use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::variables::{VariableIndex, WithPayload};
@@ -23,8 +22,6 @@ pub(in crate::joint) struct Torques<'a> {
     moments: Option<SweepMoments>,
     /// By moments and load.
     by_sweep: HashMap<(Vec<usize>, Option<usize>), Arc<SweepTorqueModel>>,
-    /// The joint that sweeps, by pose; empty where that makes no difference.
-    sweeping: Vec<Option<usize>>,
     /// With nothing attached, then by load.
     by_link: Vec<Option<Arc<PoseTorqueModel>>>,
     /// The same in motion.
@@ -44,12 +41,10 @@ impl<'a> Torques<'a> {
     ) -> Self {
         let moments = by_sweep(session).then(|| SweepMoments::of(session));
         let chain = if moments.is_some() { Arc::new(chain.without_lengths()) } else { chain };
-        let sweeping = if session.compliances().is_empty() { Vec::new() } else { sweeping(session) };
         Torques {
             variables,
             chain,
             moments,
-            sweeping,
             by_sweep: HashMap::new(),
             by_link: vec![None; 1 + session.loads.len()],
             in_motion: vec![None; 1 + session.loads.len()],
@@ -63,10 +58,8 @@ impl<'a> Torques<'a> {
     /// Where moments are described by sweep, of a pose that belongs to none: its readings are not selected.
     pub fn residual(&mut self, session: &Session, pose: usize, readings: Vec<(usize, f64)>) -> Arc<dyn Residual> {
         let Pose { load, ref position, ref conditions, ref course, .. } = session.poses[pose];
-        let sweeping = self.sweeping.get(pose).copied().flatten();
         let of = |model: &Arc<PoseTorqueModel>, readings: Vec<(usize, f64)>| {
-            let torque = PoseTorque::new(Arc::clone(model), position.clone(), readings);
-            torque.under(conditions.clone()).sweeping(sweeping)
+            PoseTorque::new(Arc::clone(model), position.clone(), readings).under(conditions.clone())
         };
         let (variables, chain) = (self.variables, &self.chain);
         let model = |inertia: Vec<BlockId>| {

@@ -22,9 +22,9 @@ use gravcal_dynamics::{Chain, JointKind};
 use gravcal_estimation::{Block, EvaluateError, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::{Shift, Shifted};
-use gravcal_robot_model::session::{InertiaPrior, ReadingId, Session};
-use gravcal_robot_model::sweeps::sweeping;
+use gravcal_robot_model::session::{ReadingId, Session};
 
+use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::measurement_set::{Bending, MeasurementSet};
 use crate::joint::model_error::at_rest::OfReadings;
 use crate::joint::model_error::unexplained_size::spread;
@@ -53,7 +53,7 @@ impl Bending {
         if !(errs || told) || !looked_for || !may_bend(session) {
             return Ok(None);
         }
-        let torques = solved.standing_torques(session)?;
+        let torques = solved.bending_torques(session)?;
         // Where the readings are explained badly, the model's torques say little of what a joint is built for.
         let read = |joint: usize| {
             let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
@@ -97,7 +97,6 @@ pub(in crate::joint) fn swept(session: &Session) -> bool {
 /// Whether joints stood, and nothing says how stiff they are.
 fn may_bend(session: &Session) -> bool {
     session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some())
-        && !(swept(session) && session.inertia == InertiaPrior::Sweep)
         && is_stiffness_unsaid(session)
 }
 
@@ -155,23 +154,24 @@ pub(in crate::joint) fn add_unknown(
 }
 
 impl Solved {
-    /// The torque that the model gives a joint that stands, N·m, by pose and joint; zero where it moves, or is not read. In slow sweeps of a
-    /// recording all count: what the mean of both ways carries bends a joint that moves as if it stood, and one with friction, which is not read
-    /// where it stands, all the same.
+    /// The torque that the model gives a joint, N·m, by pose and joint: what bends it whether it stands or passes the angle slowly. Zero where it is
+    /// not read, but for slow sweeps of a recording, in which a joint that stands may not be read because of its friction.
     ///
     /// # Errors
     /// Where a residual cannot be evaluated.
-    pub(crate) fn standing_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
-        if swept(session) && session.inertia != InertiaPrior::Sweep {
+    pub(crate) fn bending_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        if swept(session) {
             let state = self.state(&State::nominal(session));
-            let chain = &session.robot.chain;
-            let carried = |pose: usize| carried_by_joints(session, chain, &state, pose);
+            let moments = by_sweep(session).then(|| SweepMoments::of(session));
+            let carried = |pose: usize| match &moments {
+                Some(moments) => moments.carried(session, &state, pose),
+                None => carried_by_joints(session, &session.robot.chain, &state, pose),
+            };
             return Ok((0..session.poses.len()).map(carried).collect());
         }
         let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
-        let sweeping = sweeping(session);
         for (ReadingId { pose, channel }, reading) in self.built.rows.iter().zip(self.gravity_readings(session)?) {
-            if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
+            if *channel < session.joints.len() {
                 let gain = self.built.variables.sensors[*channel][SensorParameter::TorqueGain as usize];
                 torques[*pose][*channel] = reading / self.estimate.values.scalar(gain);
             }
@@ -187,7 +187,7 @@ impl Solved {
         if !self.estimate.termination.converged() {
             return Ok(None);
         }
-        let (torques, found) = (self.standing_torques(session)?, self.estimate.values.get(unknown.block));
+        let (torques, found) = (self.bending_torques(session)?, self.estimate.values.get(unknown.block));
         let moves = |(new, old): (&Vec<f64>, &Vec<f64>)| {
             let of_joint = |(joint, compliance): (&usize, &f64)| (compliance * (new[*joint] - old[*joint])).abs();
             unknown.joints.iter().zip(found).map(of_joint).fold(0.0, f64::max)
@@ -268,14 +268,10 @@ mod tests {
         let (session, solved) = standing(1.0);
         let bending = Bending::of(&session, &solved).unwrap().unwrap();
         let state = solved.state(&State::nominal(&session));
-        let swept = sweeping(&session);
         let spreads: Vec<f64> = (0..3)
             .map(|joint| {
                 let [gain, bias, ..] = state.sensors[joint];
-                let torques = session.poses.iter().enumerate().map(|(number, pose)| match swept[number] {
-                    Some(moving) if moving == joint => 0.0,
-                    _ => (pose.torque[joint].unwrap().value - bias) / gain,
-                });
+                let torques = session.poses.iter().map(|pose| (pose.torque[joint].unwrap().value - bias) / gain);
                 spread(&torques.collect::<Vec<f64>>())
             })
             .collect();
@@ -324,7 +320,7 @@ mod tests {
             bent.estimate.termination = termination;
             bent
         };
-        let as_found = |torques| under(torques, Termination::ZeroResidual).standing_torques(&session).unwrap();
+        let as_found = |torques| under(torques, Termination::ZeroResidual).bending_torques(&session).unwrap();
         let torques = as_found(as_found(as_found(bending.torques.clone())));
         let anew = |joint: usize, off: f64, termination: Termination| {
             let mut other = torques.clone();

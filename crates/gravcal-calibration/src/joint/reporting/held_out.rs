@@ -105,7 +105,7 @@ fn bending_as(
 ) -> Result<MeasurementSet, EstimateError> {
     let Some(bending) = &fitted.bending else { return Ok(readings) };
     let Ok(built) = build_problem(unseen, &readings, found) else { return Ok(readings) };
-    let torques = Solved::at_start(built)?.standing_torques(unseen)?;
+    let torques = Solved::at_start(built)?.bending_torques(unseen)?;
     Ok(MeasurementSet { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
 }
 

@@ -91,7 +91,7 @@ impl<'a> Columns<'a> {
         for (row, id) in solved.built.rows.iter().enumerate() {
             readings[id.channel].push(ReadingRow { row, pose: id.pose, std: solved.readings().std(session, *id) });
         }
-        let torques = solved.standing_torques(session)?;
+        let torques = solved.bending_torques(session)?;
         let mut in_order: Vec<usize> = solved.built.rows.iter().map(|id| id.pose).collect();
         in_order.dedup();
         if let Some(times) = &times {

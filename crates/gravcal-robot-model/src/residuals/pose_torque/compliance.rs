@@ -4,8 +4,8 @@
 //!     θ_j = s_j q_j + o_j + c_j τ_j(θ)
 //! ```
 //!
-//! c_j in rad/(N·m) (m/N), 0 for a joint that moves in the pose's sweep. τ is the model's own torque, so that joints without
-//! a reading deflect too and no reading's noise or outlier enters another's prediction. With `C = diag(c)` and `H = ∂τ/∂θ`
+//! c_j in rad/(N·m) (m/N). What gravity makes a gear carry bends it whether its joint stands or passes the angle slowly. τ is the model's own torque, so
+//! that joints without a reading deflect too and no reading's noise or outlier enters another's prediction. With `C = diag(c)` and `H = ∂τ/∂θ`
 //! where the joints come to rest,
 //!
 //! ```text

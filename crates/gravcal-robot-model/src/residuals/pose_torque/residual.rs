@@ -24,8 +24,6 @@ pub struct PoseTorque {
     pub(super) readings: Vec<(usize, f64)>,
     /// What terms of the sensors read besides.
     pub(super) conditions: Conditions,
-    /// The joint that sweeps, and so does not deflect like those that stand.
-    pub(super) sweeping: Option<usize>,
 }
 
 /// What an evaluation computes on the way, kept by each thread from one pose to the next.
@@ -65,19 +63,13 @@ thread_local! {
 impl PoseTorque {
     /// `position`: reading of every joint; `readings`: joint and torque reading, one a row.
     pub fn new(model: Arc<PoseTorqueModel>, position: Vec<f64>, readings: Vec<(usize, f64)>) -> Self {
-        PoseTorque { model, position, readings, conditions: Conditions::default(), sweeping: None }
+        PoseTorque { model, position, readings, conditions: Conditions::default() }
     }
 
     /// The same, read under these conditions.
     #[must_use]
     pub fn under(self, conditions: Conditions) -> Self {
         PoseTorque { conditions, ..self }
-    }
-
-    /// The same in a sweep of this joint: where joints give way, it does not.
-    #[must_use]
-    pub fn sweeping(self, joint: Option<usize>) -> Self {
-        PoseTorque { sweeping: joint, ..self }
     }
 
     /// Does something in this thread's workspace.
@@ -216,8 +208,8 @@ impl PoseTorque {
             }
             return Ok(());
         }
-        let compliance = self.model.compliance.map(|column| self.compliance(&x[column..]));
-        if let Some(compliance) = &compliance {
+        let compliance = self.model.compliance.map(|column| &x[column..column + self.position.len()]);
+        if let Some(compliance) = compliance {
             compliance::settle(&self.model.chain, coordinates, gravity, inertia, compliance, torque)?;
         } else if jacobian.is_some() {
             self.model.chain.linearize_gravity_torque(coordinates, gravity, inertia, torque);
@@ -237,7 +229,7 @@ impl PoseTorque {
             match terms {
                 None => self.fill_row(gain, *joint, torque, load, row),
                 Some(terms) => {
-                    if let Some(compliance) = &compliance {
+                    if let Some(compliance) = compliance {
                         slopes.with_compliance(terms.coordinates(*joint), compliance);
                     }
                     self.fill_row_with_terms((terms, slopes), gain, *joint, (torque, load), row, scratch);
@@ -250,18 +242,11 @@ impl PoseTorque {
         Ok(())
     }
 
-    /// `c` of each joint, 0 of the one that sweeps.
-    fn compliance(&self, stored: &[f64]) -> Vec<f64> {
-        let own = |(joint, c): (usize, &f64)| if self.sweeping == Some(joint) { 0.0 } else { *c };
-        stored.iter().take(self.position.len()).enumerate().map(own).collect()
-    }
-
     /// A compliance enters like its joint's offset, times the torque.
     fn fill_compliances(&self, column: usize, torque: &GravityTorque, row: &mut [f64]) {
         let joints = self.position.len();
         for (joint, torque) in torque.torque.iter().enumerate() {
-            let by_offset = row[sensor_column(joints, SensorParameter::PositionOffset, joint)];
-            row[column + joint] = if self.sweeping == Some(joint) { 0.0 } else { by_offset * torque };
+            row[column + joint] = torque * row[sensor_column(joints, SensorParameter::PositionOffset, joint)];
         }
     }
 }

@@ -125,11 +125,11 @@ fn derivatives() {
     check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
 }
 
-/// Joints that give way, the second one sweeping.
+/// Joints that give way.
 fn compliant() -> (PoseTorque, Vec<usize>) {
     let lengths = lengths(3);
     let model = Arc::new(model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)));
-    let pose = PoseTorque::new(model, READ_POSITIONS.to_vec(), vec![(0, 2.0), (2, 1.0)]).sweeping(Some(1));
+    let pose = PoseTorque::new(model, READ_POSITIONS.to_vec(), vec![(0, 2.0), (2, 1.0)]);
     (pose, lengths)
 }
 
