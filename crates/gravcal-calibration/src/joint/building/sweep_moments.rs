@@ -87,18 +87,12 @@ impl SweepMoments {
         self.of_pose[pose].as_deref()
     }
 
-    /// What gravity makes each joint carry in a pose, N·m or N, by the moments of `state`; zero in poses of no sweep.
-    pub fn carried(&self, session: &Session, state: &State, pose: usize) -> Vec<f64> {
-        let mut torques = vec![0.0; session.joints.len()];
-        if self.of_pose(pose).is_some() {
-            let chain = session.robot.chain.without_lengths();
-            let Pose { position, conditions, .. } = &session.poses[pose];
-            let coordinates = session.terms.coordinates(position, conditions, state);
-            let links = self.link_inertia(session, pose, &state.sweep_moments);
-            let inertia = with_load(session, pose, &links, &relative_placements(session, &state.loads));
-            chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
-        }
-        torques
+    /// Mass, kg, and first moment, kg·m, of what stands for each link of the chain without lengths in a pose, with what it carries; nothing of poses of
+    /// no sweep.
+    pub fn inertia_in_pose(&self, session: &Session, state: &State, pose: usize) -> Option<Vec<[f64; 4]>> {
+        self.of_pose(pose)?;
+        let links = self.link_inertia(session, pose, &state.sweep_moments);
+        Some(with_load(session, pose, &links, &relative_placements(session, &state.loads)))
     }
 
     /// Adds a block for each moment, from the start's own values, or else from those of its links. `used`: by pose, whether

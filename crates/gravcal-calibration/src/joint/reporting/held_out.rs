@@ -99,14 +99,21 @@ pub(in crate::joint) fn of_validation(
 /// Readings of other poses of the arm, in which its joints bend under what these numbers predict.
 fn bending_as(
     fitted: &MeasurementSet,
-    readings: MeasurementSet,
+    mut readings: MeasurementSet,
     unseen: &Session,
     found: &State,
 ) -> Result<MeasurementSet, EstimateError> {
     let Some(bending) = &fitted.bending else { return Ok(readings) };
-    let Ok(built) = build_problem(unseen, &readings, found) else { return Ok(readings) };
-    let torques = Solved::at_start(built)?.bending_torques(unseen)?;
-    Ok(MeasurementSet { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
+    let under = |torques| Some(Arc::new(Bending { std: bending.std.clone(), torques }));
+    let stiff = vec![vec![0.0; unseen.joints.len()]; unseen.poses.len()];
+    let mut bent = MeasurementSet { bending: under(stiff), ..readings.clone() };
+    // First what stiff joints would carry, then what those carry that bend by it.
+    for _ in 0..2 {
+        let Ok(built) = build_problem(unseen, &bent, found) else { return Ok(readings) };
+        bent.bending = under(Solved::at_start(built)?.bending_torques(unseen)?);
+    }
+    readings.bending = bent.bending;
+    Ok(readings)
 }
 
 /// What came of the second fit.
