@@ -87,14 +87,6 @@ impl SweepMoments {
         self.of_pose[pose].as_deref()
     }
 
-    /// Mass, kg, and first moment, kg·m, of what stands for each link of the chain without lengths in a pose, with what it carries; nothing of poses of
-    /// no sweep.
-    pub fn inertia_in_pose(&self, session: &Session, state: &State, pose: usize) -> Option<Vec<[f64; 4]>> {
-        self.of_pose(pose)?;
-        let links = self.link_inertia(session, pose, &state.sweep_moments);
-        Some(with_load(session, pose, &links, &relative_placements(session, &state.loads)))
-    }
-
     /// Adds a block for each moment, from the start's own values, or else from those of its links. `used`: by pose, whether
     /// a reading of it enters; `straight`: whether readings are affine in moments.
     pub fn add_blocks(
@@ -200,21 +192,15 @@ fn by_gravity(
     (coordinates, inertia): (&[f64], &[[f64; 4]]),
     placements: &[[f64; 3]],
 ) -> Vec<f64> {
-    let inertia = with_load(session, pose, inertia, placements);
-    let mut torque = GravityTorque::new(chain.joint_count(), chain.link_count());
-    chain.linearize_gravity_torque(coordinates, [0.0; 3], inertia.as_flattened(), &mut torque);
-    torque.by_gravity
-}
-
-/// Mass and first moment of each link, what a pose carries included.
-fn with_load(session: &Session, pose: usize, links: &[[f64; 4]], placements: &[[f64; 3]]) -> Vec<[f64; 4]> {
-    let mut inertia = links.to_vec();
+    let mut inertia = inertia.to_vec();
     if let Some(load) = session.poses[pose].load {
         let (mass, link) = (session.loads[load].mass, session.loads[load].link);
         inertia[link][0] += mass;
         (0..3).for_each(|axis| inertia[link][1 + axis] += mass * placements[load][axis]);
     }
-    inertia
+    let mut torque = GravityTorque::new(chain.joint_count(), chain.link_count());
+    chain.linearize_gravity_torque(coordinates, [0.0; 3], inertia.as_flattened(), &mut torque);
+    torque.by_gravity
 }
 
 /// The moment whose `∂τ/∂g` in base coordinates is given, along the directions that stand for the joint's link.

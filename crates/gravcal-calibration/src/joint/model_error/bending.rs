@@ -24,7 +24,7 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::{Pose, ReadingId, Session};
 
-use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
+use crate::joint::building::sweep_moments::by_sweep;
 use crate::joint::measurement_set::{Bending, MeasurementSet};
 use crate::joint::model_error::at_rest::OfReadings;
 use crate::joint::model_error::unexplained_size::spread;
@@ -96,9 +96,10 @@ pub(in crate::joint) fn swept(session: &Session) -> bool {
     session.fitted_recordings().any(|searched| searched.sweeps.is_some())
 }
 
-/// Whether joints stood, and nothing says how stiff they are.
+/// Whether joints stood or swept slowly, and nothing says how stiff they are. Where moments are those of sweeps, they leave too much of it open.
 fn may_bend(session: &Session) -> bool {
     session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some())
+        && !(swept(session) && by_sweep(session))
         && is_stiffness_unsaid(session)
 }
 
@@ -114,18 +115,9 @@ pub(crate) fn is_stiffness_unsaid(session: &Session) -> bool {
 
 /// What gravity makes each joint of an arm that bends as `state` has it carry, N·m or N, by pose.
 fn carried_by_joints(session: &Session, state: &State) -> Vec<Vec<f64>> {
-    let moments = by_sweep(session).then(|| SweepMoments::of(session));
-    let chain = match moments {
-        Some(_) => &session.robot.chain.without_lengths(),
-        None => &session.robot.chain,
-    };
-    let inertia = |pose: usize| match &moments {
-        Some(moments) => moments.inertia_in_pose(session, state, pose),
-        None => Some(inertia_in_pose(session, state, pose)),
-    };
     let carried = |pose: usize| {
         let mut torques = vec![0.0; session.joints.len()];
-        let Some(inertia) = inertia(pose) else { return torques };
+        let inertia = inertia_in_pose(session, state, pose);
         let Pose { position, conditions, .. } = &session.poses[pose];
         let stiff = session.terms.coordinates(position, conditions, state);
         for _ in 0..if state.bending.is_empty() { 1 } else { ROUNDS } {
@@ -133,7 +125,7 @@ fn carried_by_joints(session: &Session, state: &State) -> Vec<Vec<f64>> {
                 coordinate + state.bending.get(joint).map_or(0.0, |compliance| compliance * torques[joint])
             };
             let coordinates: Vec<f64> = stiff.iter().enumerate().map(bent).collect();
-            chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
+            session.robot.chain.gravity_torque(&coordinates, state.gravity, inertia.as_flattened(), &mut torques);
         }
         torques
     };
@@ -175,12 +167,12 @@ pub(in crate::joint) fn add_unknown(
 
 impl Solved {
     /// The torque that the model gives a joint, N·m, by pose and joint: what bends it whether it stands or passes the angle slowly. Zero where it is
-    /// not read, but for slow sweeps of a recording, in which a joint that stands may not be read because of its friction.
+    /// not read, but for slow sweeps of a recording, in which a joint that stands may not be read because of its friction: moments of links tell it.
     ///
     /// # Errors
     /// Where a residual cannot be evaluated.
     pub(crate) fn bending_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
-        if swept(session) {
+        if swept(session) && !by_sweep(session) {
             return Ok(carried_by_joints(session, &self.state(&State::nominal(session))));
         }
         let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
