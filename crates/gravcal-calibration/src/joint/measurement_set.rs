@@ -25,6 +25,8 @@ pub struct MeasurementSet {
     pub unexplained: Vec<f64>,
     /// One standard deviation, by joint, of what friction leaves at rest; zero where that is no unknown, empty as long as it is not looked for.
     pub at_rest: Vec<f64>,
+    /// By pose and joint, from which side it came to rest there, where the order of rows tells it (`sides_by_order.rs`); empty where the session says it.
+    pub(super) sides: Arc<[Vec<f64>]>,
     /// How far joints may bend, and under which torques; nothing as long as that is not looked for.
     pub(super) bending: Option<Arc<Bending>>,
     /// What displacements of joints do to them; nothing where there are none, or as long as that is not known.
@@ -66,9 +68,20 @@ impl MeasurementSet {
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
         let (unexplained, loss, order) = (stated(session), session.loss, Order::Together);
-        let (at_rest, bending, displaced) = (Vec::new(), None, None);
-        let readings =
-            MeasurementSet { used, spreads, noise, unexplained, at_rest, bending, displaced, floor, loss, order };
+        let (at_rest, sides, bending, displaced) = (Vec::new(), Arc::default(), None, None);
+        let readings = MeasurementSet {
+            used,
+            spreads,
+            noise,
+            unexplained,
+            at_rest,
+            sides,
+            bending,
+            displaced,
+            floor,
+            loss,
+            order,
+        };
         let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
         readings.only(|id| !repeated(id.pose) && session.reading(id).is_some() && keep(id))
     }

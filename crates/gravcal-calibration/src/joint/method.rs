@@ -23,7 +23,7 @@
 //! | profiles | `ends/profiles.rs` | how far values may be off where the problem is not linear |
 //! | uncertainty | `identifiability/uncertainty.rs`, `identifiability/widening.rs` | standard deviations |
 //! | judgement | `identifiability/judged.rs` | what is determined: of use by rank and standard deviation |
-//! | residual tests | `judgement/residual_tests/` | what the model lacks, and by how much that widens intervals |
+//! | residual tests | `judgement/residual_tests/` | what the model lacks, and by how much that widens intervals; friction in tables: all again, with it as an unknown (`model_error/in_tables.rs`) |
 //! | findings, verdict | `reporting/conclusion.rs` | what a reader must know before any number |
 
 use std::borrow::Cow;
@@ -172,11 +172,30 @@ fn judge_of(solved: &Solved, environment: &SolveEnvironment<'_>) -> Option<Box<d
     environment.solver().judge().filter(|judge| judge.check(&solved.built.problem).is_ok())
 }
 
-/// The solution, with what is determined of it, and how well. `wanted`: which tests on residuals.
+/// The solution, with what is determined of it, and how well; with friction and compliance as unknowns where residuals of tables show them.
+/// `wanted`: which tests on residuals.
 ///
 /// # Errors
 /// Where there is no answer at all.
 pub(super) fn answer(
+    session: &Session,
+    readings: &MeasurementSet,
+    known: Option<&State>,
+    wanted: TestsWanted,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Answer, EstimateError> {
+    let first = answer_as_modelled(session, readings, known, wanted, environment)?;
+    let shown = first.solved.shown_by_tables(session, readings, &first.residual_tests)?;
+    match shown.filter(|_| first.mistakes.found.is_none()) {
+        Some(readings) => {
+            let found = first.solved.state(&State::nominal(session));
+            answer_as_modelled(session, &readings, Some(&found), wanted, environment)
+        }
+        None => Ok(first),
+    }
+}
+
+fn answer_as_modelled(
     session: &Session,
     readings: &MeasurementSet,
     known: Option<&State>,

@@ -27,6 +27,7 @@ pub use method::solve;
 pub(crate) use model_error::at_rest::OfReadings;
 pub(crate) use model_error::bending::{inertia_in_pose, is_stiffness_unsaid};
 pub(crate) use model_error::displaced_joints::DisplacedJoints;
+pub(crate) use model_error::sides_by_order::sides_by_order;
 pub use order::Order;
 pub use problem::JointProblem;
 pub(crate) use reporting::estimate::build_at_nominal;

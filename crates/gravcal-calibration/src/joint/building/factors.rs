@@ -51,7 +51,7 @@ pub(in crate::joint) fn add_readings(
             None => residual,
         };
         let residual = match &variables.at_rest {
-            Some(at_rest) => at_rest::around((session, variables, &stored), at_rest, pose, residual),
+            Some(at_rest) => at_rest::around((session, readings), (variables, &stored), at_rest, pose, residual),
             None => residual,
         };
         let residual = match (&variables.bending, &readings.bending) {

@@ -27,6 +27,7 @@ use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::model_error::sides_by_order::sides_by_order;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::joint::variables::{OfJoints, State, VariableIndex};
@@ -57,12 +58,19 @@ impl MeasurementSet {
         if !self.at_rest.is_empty() || self.order != Order::Together {
             return None;
         }
-        let estimated = session.terms.with_friction();
-        let sides = |joint: usize| Sides::of(session, joint).filter(|_| !estimated.contains(&joint));
-        let shown = |joint: usize| match sides(joint).is_some() && self.errs_beyond_chance(session, joint) {
-            true => LEAN * self.unexplained[joint].sqrt(),
+        let shown = |joint: usize| match self.errs_beyond_chance(session, joint) {
+            true => self.unexplained[joint].sqrt(),
             false => 0.0,
         };
+        self.with_friction_shown(session, &(0..session.joints.len()).map(shown).collect::<Vec<_>>())
+    }
+
+    /// The same with unknowns for what friction leaves at rest. `errors`: one standard deviation of the errors of each joint that show it, unit of its
+    /// torque reading; zero of joints that show none.
+    pub(in crate::joint) fn with_friction_shown(&self, session: &Session, errors: &[f64]) -> Option<MeasurementSet> {
+        let estimated = session.terms.with_friction();
+        let sides = |joint: usize| self.sides_of(session, joint).filter(|_| !estimated.contains(&joint));
+        let shown = |joint: usize| if sides(joint).is_some() { LEAN * errors[joint] } else { 0.0 };
         let shown: Vec<f64> = (0..session.joints.len()).map(shown).collect();
         let std = |joint: usize| match sides(joint) {
             // Its own errors are what its other parameters leave of it: that may be little.
@@ -84,7 +92,38 @@ impl MeasurementSet {
     /// Variance of what friction leaves in a reading of which nobody knows from which side its joint came.
     pub(in crate::joint) fn of_unknown_side(&self, session: &Session, id: ReadingId) -> f64 {
         let std = self.at_rest.get(id.channel).copied().unwrap_or(0.0);
-        if std > 0.0 && side(session, id) == Some(0.0) { std * std } else { 0.0 }
+        if std > 0.0 && self.side(session, id) == Some(0.0) { std * std } else { 0.0 }
+    }
+
+    /// From which side the joint whose torque is read came to a pose in which it stood: 0 where nobody knows, nothing of any other pose. One that never
+    /// slides has the same friction always: as from below.
+    fn side(&self, session: &Session, id: ReadingId) -> Option<f64> {
+        let of_pose = |number: usize| {
+            let pose = &session.poses[number];
+            let side = self.sides.get(number).unwrap_or(&pose.conditions.direction).get(id.channel)?;
+            let stands = pose.sweep_label.is_none() && pose.course.is_none();
+            let read = session.reading(ReadingId { pose: number, ..id }).is_some();
+            (stands && read).then(|| if *side == 0.0 { 0.0 } else { side.signum() })
+        };
+        let slides = || (0..session.poses.len()).filter_map(of_pose).any(|side| side != 0.0);
+        of_pose(id.pose).map(|side| if side == 0.0 && !slides() { 1.0 } else { side })
+    }
+
+    /// From which sides a joint came where it stood; nothing where that is hardly known.
+    fn sides_of(&self, session: &Session, joint: usize) -> Option<Sides> {
+        // What was followed while it moved and what sweeps slid.
+        if !session.searched.is_empty() && session.searched.iter().all(|searched| searched.standstills.is_none()) {
+            return None;
+        }
+        let of = |pose| self.side(session, ReadingId { pose, channel: joint });
+        let sides = (0..session.poses.len()).filter_map(of).filter(|side| *side != 0.0);
+        let (rising, all) = sides.fold((0, 0), |(rising, all), side| (rising + usize::from(side > 0.0), all + 1));
+        (all >= LEAST).then_some(Sides { rising, all })
+    }
+
+    /// The sides from which joints came in another session of the same arm, as these readings know them.
+    pub(in crate::joint) fn sides_in(&self, session: &Session) -> Arc<[Vec<f64>]> {
+        if self.sides.is_empty() { Arc::default() } else { sides_by_order(session).into() }
     }
 }
 
@@ -107,7 +146,8 @@ pub(in crate::joint) fn add_unknown(
 
 /// The residual of a pose with the unknown around it.
 pub(in crate::joint) fn around(
-    (session, variables, stored): (&Session, &VariableIndex, &Values),
+    (session, readings): (&Session, &MeasurementSet),
+    (variables, stored): (&VariableIndex, &Values),
     unknown: &OfJoints,
     pose: usize,
     inner: Arc<dyn Residual>,
@@ -116,7 +156,8 @@ pub(in crate::joint) fn around(
     let shifted: Vec<Shift> = unknown
         .joints
         .iter()
-        .map(|joint| Shift::of_scalar(bias(*joint), side(session, ReadingId { pose, channel: *joint }).unwrap_or(0.0)))
+        .map(|joint| (*joint, readings.side(session, ReadingId { pose, channel: *joint })))
+        .map(|(joint, side)| Shift::of_scalar(bias(joint), side.unwrap_or(0.0)))
         .collect();
     if shifted.iter().all(|shift| shift.scale == 0.0) {
         return inner;
@@ -162,7 +203,7 @@ impl Solved {
 
     fn bias_that_holds_friction(&self, session: &Session, joint: usize) -> Option<String> {
         let (at_rest, place, friction) = self.at_rest(joint)?;
-        let sides = Sides::of(session, joint).filter(|sides| sides.one_sided())?;
+        let sides = self.readings().sides_of(session, joint).filter(|sides| sides.one_sided())?;
         let bias = self.built.variables.block(ParameterId::Sensor(joint, SensorParameter::TorqueBias));
         let bias = self.built.problem.columns_of(bias).next()?;
         let both = self.covariance().of(&[vec![(bias, 1.0)], vec![(friction, 1.0)]]);
@@ -182,18 +223,6 @@ impl Solved {
     }
 }
 
-/// From which side the joint whose torque is read came to a standstill that was found in a recording: 0 where nobody knows, nothing of
-/// any other pose. One that never slides has the same friction always: as from below.
-fn side(session: &Session, id: ReadingId) -> Option<f64> {
-    let of_pose = |pose: usize| {
-        let side = session.poses[pose].conditions.direction.get(id.channel)?;
-        let stands = session.poses[pose].sweep_label.is_none() && session.reading(ReadingId { pose, ..id }).is_some();
-        stands.then(|| if *side == 0.0 { 0.0 } else { side.signum() })
-    };
-    let slides = || (0..session.poses.len()).filter_map(of_pose).any(|side| side != 0.0);
-    of_pose(id.pose).map(|side| if side == 0.0 && !slides() { 1.0 } else { side })
-}
-
 /// From which sides a joint came.
 #[derive(Clone, Copy, Debug)]
 struct Sides {
@@ -202,17 +231,6 @@ struct Sides {
 }
 
 impl Sides {
-    /// Of the standstills of recordings; of tables nothing is known.
-    fn of(session: &Session, joint: usize) -> Option<Sides> {
-        if !session.searched.iter().any(|searched| searched.standstills.is_some()) {
-            return None;
-        }
-        let of = |pose| side(session, ReadingId { pose, channel: joint });
-        let sides = (0..session.poses.len()).filter_map(of).filter(|side| *side != 0.0);
-        let (rising, all) = sides.fold((0, 0), |(rising, all), side| (rising + usize::from(side > 0.0), all + 1));
-        (all >= LEAST).then_some(Sides { rising, all })
-    }
-
     fn larger_share(self) -> f64 {
         self.rising.max(self.all - self.rising) as f64 / self.all as f64
     }
@@ -268,8 +286,17 @@ mod tests {
         assert_eq!(with.at_rest, [2.0 * 0.7, 0.0, 2.0 * 0.7]);
         assert!(with.with_friction_at_rest(&session).is_none(), "it is looked for once");
         assert!(with_errors(&session, [0.0; 3]).with_friction_at_rest(&session).is_none());
-        let of_tables = Session { searched: Vec::new(), ..session };
-        assert!(readings.with_friction_at_rest(&of_tables).is_none(), "of tables nothing is known");
+        let of_tables = Session { searched: Vec::new(), ..session.clone() };
+        let table = readings.with_friction_at_rest(&of_tables).unwrap();
+        assert_eq!(table.at_rest, with.at_rest, "a table that says from which side joints came");
+        let mut untold = of_tables;
+        untold.poses.iter_mut().for_each(|pose| pose.conditions.direction.clear());
+        assert!(readings.with_friction_at_rest(&untold).is_none(), "a table that does not");
+        let by_order = MeasurementSet { sides: vec![vec![1.0; 3]; untold.poses.len()].into(), ..readings.clone() };
+        assert!(by_order.with_friction_at_rest(&untold).is_some(), "a table whose order of rows tells it");
+        let mut moving = session;
+        moving.searched[0].standstills = None;
+        assert!(readings.with_friction_at_rest(&moving).is_none(), "an arm in motion");
     }
 
     #[test]
@@ -299,9 +326,9 @@ mod tests {
     #[test]
     fn a_joint_that_never_slides_has_one_side() {
         let session = standing(|_, joint| if joint == 0 { 0.0 } else { 1.0 });
-        let sides = Sides::of(&session, 0).unwrap();
-        assert_eq!((sides.rising, sides.all), (session.poses.len(), session.poses.len()));
         let readings = MeasurementSet { at_rest: vec![1.5, 0.0, 0.0], ..select(&session, Signals::All) };
+        let sides = readings.sides_of(&session, 0).unwrap();
+        assert_eq!((sides.rising, sides.all), (session.poses.len(), session.poses.len()));
         assert_eq!(readings.of_unknown_side(&session, ReadingId { pose: 3, channel: 0 }), 0.0);
     }
 

@@ -52,9 +52,14 @@ impl Bending {
         let errs = (0..session.joints.len()).any(|joint| readings.errs_beyond_chance(session, joint));
         let looked_for = readings.bending.is_none() && readings.order == Order::Together;
         let told = swept(session) && session.joints.len() >= FEWEST_JOINTS;
-        if !(errs || told) || !looked_for || !may_bend(session) {
-            return Ok(None);
+        match (errs || told) && looked_for && may_bend(session) {
+            true => Bending::as_built(session, solved).map(Some),
+            false => Ok(None),
         }
+    }
+
+    /// Of all joints, as gears are built for what they carry.
+    pub(in crate::joint) fn as_built(session: &Session, solved: &Solved) -> Result<Bending, EvaluateError> {
         let torques = solved.bending_torques(session)?;
         // Where the readings are explained badly, the model's torques say little of what a joint is built for.
         let read = |joint: usize| {
@@ -73,7 +78,7 @@ impl Bending {
             true => DEFLECTION / spread.max(LEAST_SHARE * largest),
             false => 0.0,
         };
-        Ok(Some(Bending { std: spreads.iter().enumerate().map(std).collect(), torques }))
+        Ok(Bending { std: spreads.iter().enumerate().map(std).collect(), torques })
     }
 
     /// The residual of a pose with the unknown around it.

@@ -13,13 +13,12 @@ use super::base::TurnedGravity;
 use super::clock_rate::fast_clock;
 use super::delayed;
 use super::loads::{StatedLoad, stated_distances, stated_loads};
-use super::order::sides_by_order;
 use super::predicted_axes::PredictedAxes;
 use super::predicted_torques::PredictedTorques;
 use super::pull::pulled;
 use super::rows::ReadingRow;
 use super::uneven_friction::modelled_friction;
-use crate::joint::{DisplacedJoints, Solved};
+use crate::joint::{DisplacedJoints, Solved, sides_by_order};
 
 /// The channel of what all joints do.
 pub const ALL_JOINTS: &str = "all joints";

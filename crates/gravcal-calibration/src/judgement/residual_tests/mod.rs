@@ -24,7 +24,8 @@
 //! (`joint/model_error/displaced_joints.rs`). Where one of these, or a load's mass, is named, the like may be as wrong. What hangs on what is taken as exact, and need
 //! not show, is told beside ([`taken_as_exact`]).
 //!
-//! **From which side joints came**, as the session says it, or, in tables, as the order of rows tells it ([`order`]).
+//! **From which side joints came**, as the session says it, or, in tables, as the order of rows tells it
+//! (`joint/model_error/sides_by_order.rs`).
 //!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
 //! recorder does the same to all torques, and warmth about the same to all gains. One compliance of all joints, one lag and one filter of all torques, and
@@ -37,8 +38,8 @@
 //! if the model had it, the number's standard deviation grows, `σ² + Δ²` for `σ²`: an effect that is known, and left uncorrected, is counted as
 //! an uncertainty. A zero that drifts is seldom alone, nor is a gain or a zero that has changed: where one is named, others are taken to have, too ([`drift`]). The verdict stays *partly
 //! determined*: the term belongs into the model. Less is told, and changes no verdict. The side from which joints came spoils nothing where errors beyond the noise of
-//! a recording are estimated: what friction leaves at rest is then an unknown of the
-//! fit (`joint/model_error/at_rest.rs`), told from position gains and biases or widening their intervals
+//! a recording are estimated, or a table has shown it: what friction leaves at rest is then an unknown of the
+//! fit (`joint/model_error/at_rest.rs`, `in_tables.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
 //!
 //! **Under a loss** each row counts by the root of its weight: the solution is that of such least squares.
@@ -60,7 +61,6 @@ mod looked_for;
 mod neighbours;
 mod nothing_named;
 mod of_solution;
-mod order;
 mod predicted_axes;
 mod predicted_torques;
 mod pull;

@@ -329,11 +329,11 @@ impl Search<'_> {
         Some(Tested { test, candidate, gain, p_of_noise, coefficients })
     }
 
-    /// Whether friction that is left at rest is among the errors that standard deviations of the channel allow for: in recordings it is an unknown then,
-    /// in tables it is none.
+    /// Whether friction that is left at rest is an unknown, or among the errors that standard deviations of the channel allow for: in recordings that is
+    /// so where such errors are estimated.
     fn errs_at_rest(&self, channel: usize) -> bool {
         let estimated = self.session.unexplained_errors()[channel] == UnexplainedError::Estimated;
-        estimated && !self.session.searched.is_empty()
+        (estimated && !self.session.searched.is_empty()) || self.solved.has_friction_at_rest(channel)
     }
 
     /// By how many of its standard deviations what is missing moves the number that it moves most.

@@ -15,8 +15,8 @@ use rand_pcg::Pcg64;
 
 use super::candidate::{Candidate, Tested, correct};
 use super::in_words;
-use super::order::sides_by_order;
 use super::terms::{Elastic, Term};
+use crate::joint::sides_by_order;
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, TakenAsExact, Verdict};
 use crate::testing::sensor_models::{errors, estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};

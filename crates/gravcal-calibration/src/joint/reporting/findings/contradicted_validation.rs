@@ -72,6 +72,7 @@ impl Solved {
             noise,
             unexplained,
             at_rest,
+            sides: self.readings().sides_in(&both),
             spreads,
             loss: Loss::None,
             ..MeasurementSet::select(&both, |_| true)

@@ -6,9 +6,9 @@ use gravcal_robot_model::session::{Pose, Session};
 
 use super::lacked::{Found, Lacked, Words};
 use super::units::{of_coordinate, per_torque};
+use crate::joint::sides_by_order;
 use crate::judgement::residual_tests::columns::Columns;
 use crate::judgement::residual_tests::friction_curve;
-use crate::judgement::residual_tests::order::sides_by_order;
 use crate::judgement::residual_tests::wording::{WIDENED, chance, formula, from_to, joint_of, shown, together};
 use crate::result::{ResidualTest, ResidualTestKind};
 
