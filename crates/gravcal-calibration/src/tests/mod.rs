@@ -7,6 +7,7 @@ mod consistent_inertias;
 mod deflections;
 mod descriptions;
 mod drafted_wrist;
+mod friction_in_tables;
 mod instrumented;
 mod known_in_motion;
 mod left_out;
