@@ -73,7 +73,7 @@ impl<'a> MovingArm<'a> {
 
     /// Takes from the readings of joints that stand what the speed makes of them, and leaves out those of which it is known too badly. Says so.
     pub fn subtract(&mut self, sweeps: &mut Sweeps) -> Option<String> {
-        let (mut largest, mut left_out) = (0.0_f64, 0);
+        let (mut off_by, mut left_out) = (0.0_f64, 0);
         for sweep in &mut sweeps.found {
             let alike = (sweep.bins.len() as f64).sqrt();
             for side in sweep.bins.iter_mut().flat_map(|bin| &mut bin.sides) {
@@ -84,10 +84,9 @@ impl<'a> MovingArm<'a> {
                     let Some(reading) = &mut side.torque[joint] else { continue };
                     let gain = self.nominal(joint, SensorParameter::TorqueGain);
                     reading.value -= gain * torque;
-                    largest = largest.max(torque.abs());
                     if reading.std.is_some_and(|std| (gain * uncertain).abs() * alike > TOLERATED * std) {
                         side.torque[joint] = None;
-                        left_out += 1;
+                        (off_by, left_out) = (off_by.max(uncertain), left_out + 1);
                     }
                 }
             }
@@ -95,9 +94,9 @@ impl<'a> MovingArm<'a> {
         let cure = if self.elsewhere.is_empty() { "" } else { ", or state position_m of the load" };
         (left_out > 0).then(|| {
             format!(
-                "{left_out} readings of joints that stand while another sweeps are left out: the sweep's speed adds up to {} N·m to them, which the \
-                 masses in the robot's file predict only within a third. That is too much beside the noise of their mean. Sweep more slowly{cure}.",
-                significant(largest, 2)
+                "{left_out} readings of joints that stand while another sweeps are left out: the sweep's speed adds a torque to them that the masses \
+                 in the robot's file predict only within {} N·m. That is too much beside the noise of their mean. Sweep more slowly{cure}.",
+                significant(off_by, 2)
             )
         })
     }

@@ -323,7 +323,7 @@ held_deg = { elbow = 40 }
         let (session, differences) = swept(folder.path(), &SWEEP.replace("std = 2.4e-2", "std = 6e-5"));
         assert!(differences.len() < session.poses.len() / 4, "{} of {}", differences.len(), session.poses.len());
         let notes = session.searched[0].notes(&session.readings).concat();
-        assert!(notes.contains("speed adds up to 0.00"), "{notes}");
+        assert!(notes.contains("predict only within 0.00"), "{notes}");
         let refused = SWEEP.replace("sweep_deg_per_s = 10", "sweep_deg_per_s = 0");
         fs::write(folder.path().join("simulation.toml"), refused).unwrap();
         let refused = Simulation::read(&folder.path().join("simulation.toml")).unwrap_err().to_string();
