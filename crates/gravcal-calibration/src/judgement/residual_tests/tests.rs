@@ -163,17 +163,25 @@ fn joints_that_give_way_are_named_with_their_compliance() {
     let mut simulation = sarcos_shoulder();
     let truth = [8e-4, 0.0, -6e-4];
     simulation.disturbance.deflection.compliance = truth.to_vec();
-    let result = estimate(&simulation.session(0));
-    let first = named(&result)[0];
-    assert!(first.kind == ResidualTestKind::Compliance && first.spoils_intervals, "{first:?}");
-    let of = |joint: &str| named(&result).into_iter().find(|test| test.channel == joint);
-    for (joint, truth) in [("joint1", truth[0]), ("joint3", truth[2])] {
-        let found = of(joint).unwrap_or_else(|| panic!("{joint}: {:?}", named(&result)));
-        assert!((found.size / truth - 1.0).abs() < 0.3 && found.unit == "rad/(N·m)", "{found:?}");
+    let session = simulation.session(0);
+    let said_to_be_stiff =
+        Session { deflection: Deflection { stiff: true, ..Deflection::default() }, ..session.clone() };
+    for (session, is_unknown) in [(session, true), (said_to_be_stiff, false)] {
+        let result = estimate(&session);
+        let first = named(&result)[0];
+        assert!(first.kind == ResidualTestKind::Compliance && first.spoils_intervals != is_unknown, "{first:?}");
+        let of = |joint: &str| named(&result).into_iter().find(|test| test.channel == joint);
+        for (joint, truth) in [("joint1", truth[0]), ("joint3", truth[2])] {
+            let found = of(joint).unwrap_or_else(|| panic!("{joint}: {:?}", named(&result)));
+            assert!((found.size / truth - 1.0).abs() < 0.3 && found.unit == "rad/(N·m)", "{found:?}");
+        }
+        assert!(of("joint2").is_none(), "{:?}", named(&result));
+        let says = "joint1, joint3 give way";
+        assert!(result.notes.iter().any(|note| note.contains(says)), "{:?}", result.notes);
+        assert_eq!(result.verdict == Verdict::Determined, is_unknown);
+        let off = errors(&session, &simulation, &result);
+        assert!(off.iter().all(|(_, error)| error.abs() < 4.0), "{off:?}");
     }
-    assert!(of("joint2").is_none(), "{:?}", named(&result));
-    let says = "joint1, joint3 give way";
-    assert!(result.notes.iter().any(|note| note.contains(says)), "{:?}", result.notes);
 }
 
 /// Each joint's own test misses what all show together.
@@ -181,7 +189,8 @@ fn joints_that_give_way_are_named_with_their_compliance() {
 fn joints_that_all_give_way_a_little_are_named_together() {
     let mut simulation = sarcos_shoulder();
     simulation.disturbance.deflection.compliance = vec![1e-4; 3];
-    let result = estimate(&simulation.session(0));
+    let said_to_be_stiff = Deflection { stiff: true, ..Deflection::default() };
+    let result = estimate(&Session { deflection: said_to_be_stiff, ..simulation.session(0) });
     let [only] = named(&result)[..] else { panic!("{:?}", named(&result)) };
     assert!(only.channel == "all joints" && only.kind == ResidualTestKind::Compliance, "{only:?}");
     assert!((only.size / 1e-4 - 1.0).abs() < 0.6, "{only:?}");
@@ -701,12 +710,12 @@ fn friction_goes_with_the_order_of_the_poses() {
     assert!(sides[0] == [0.0; 3] && sides.iter().skip(10).all(|side| side[1].abs() == 1.0));
     let test = first(session.clone(), 1, |place, _| 1.5 * NOISE * sides[place][1]);
     assert!(test.kind == ResidualTestKind::Direction && test.channel == "joint2", "{test:?}");
-    assert!((test.size / (1.5 * NOISE) - 1.0).abs() < 0.2 && test.spoils_intervals, "{test:?}");
+    assert!((test.size / (1.5 * NOISE) - 1.0).abs() < 0.2 && !test.spoils_intervals, "{test:?}");
     assert!(in_words(&session, &[test]).concat().contains("as the order of the rows tells it"));
-    // Errors that are estimated are no friction: in tables that is no unknown.
+    // Errors that are estimated beside the noise are no friction.
     let estimated = Session { unexplained: vec![UnexplainedError::Estimated; 3], ..session.clone() };
     let test = first(estimated, 1, |place, _| 1.5 * NOISE * sides[place][1]);
-    assert!(test.kind == ResidualTestKind::Direction && test.spoils_intervals, "{test:?}");
+    assert!(test.kind == ResidualTestKind::Direction && !test.spoils_intervals, "{test:?}");
     session.poses[5].conditions.direction = vec![1.0, 0.0, 0.0];
     assert!(sides_by_order(&session).is_empty(), "what the session says counts");
 }
