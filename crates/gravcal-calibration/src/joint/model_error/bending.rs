@@ -9,6 +9,7 @@
 //! errors beyond the noise show that friction may hide it, it is an unknown; the gain's interval widens to what is known of it then. In slow
 //! sweeps it always is one: readings are so many that a gain is many standard deviations off before a test finds why. Arms
 //! of one or two joints are taken as stiff there: they sweep too few ways to tell.
+//! In tables it is one where residuals show friction or compliance (`in_tables.rs`).
 //!
 //! Its prior is zero give or take what bends the joint by [`DEFLECTION`] under the spread of its torque, as gears are built for what
 //! they carry. A session that declares compliances, or that there are none, has none of these unknowns, nor has one whose instruments
