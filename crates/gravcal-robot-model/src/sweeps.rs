@@ -33,6 +33,15 @@ pub struct Sweep {
     pub held: Vec<f64>,
 }
 
+/// Whether every joint stands where it stood in another pose, within [`HOLD_TOLERANCE`].
+pub fn stand_alike(session: &Session, pose: usize, other: usize) -> bool {
+    session.joints.iter().enumerate().all(|(joint, known)| {
+        let gain = known.of(SensorParameter::PositionGain).nominal;
+        let [a, b] = [pose, other].map(|pose| session.poses[pose].position[joint]);
+        (gain * (a - b)).abs() <= HOLD_TOLERANCE
+    })
+}
+
 /// Finds the sweeps of a session, in the order of its poses.
 pub fn find_sweeps(session: &Session) -> Vec<Sweep> {
     let mut sweeps = Vec::new();

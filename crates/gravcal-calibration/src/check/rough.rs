@@ -1,9 +1,9 @@
 //! What a check says of errors that the noise does not explain: it supposes some, and friction at rest halves where poses come in pairs.
 
 use gravcal_robot_model::session::{Session, UnexplainedError};
+use gravcal_robot_model::sweeps::stand_alike;
 
 use super::hypothetical::ROUGH;
-use crate::joint::stands_alike;
 
 /// Share of the standstills with one beside them that was come to from the other side, from which on they are said to come in pairs.
 const PAIRED: f64 = 0.8;
@@ -50,6 +50,6 @@ fn has_other_side(session: &Session, pose: usize) -> bool {
     neighbours.into_iter().flatten().any(|other| {
         let sides = [pose, other].map(|pose| &session.poses[pose].conditions.direction);
         let opposite = sides[0].iter().zip(sides[1]).all(|(a, b)| a * b <= 0.0);
-        session.poses[pose].table == session.poses[other].table && opposite && stands_alike(session, pose, other)
+        session.poses[pose].table == session.poses[other].table && opposite && stand_alike(session, pose, other)
     })
 }

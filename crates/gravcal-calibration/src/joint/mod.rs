@@ -21,7 +21,6 @@ pub use building::build::build_problem;
 pub(crate) use building::build::build_with_constraints;
 pub(crate) use ends::symmetries::with_gains_known;
 pub use error::{BuildError, EstimateError};
-pub(crate) use identifiability::pose_blocks::stands_alike;
 pub use measurement_set::MeasurementSet;
 pub use method::solve;
 pub(crate) use model_error::at_rest::OfReadings;

@@ -165,6 +165,7 @@ fn checked(document: &Document, mut poses: Vec<Pose>) -> Result<Vec<Pose>, FileE
 fn check(context: &Context<'_>, session: &Session) -> Result<(), FileError> {
     inertia::check_displacements(context.document, session)?;
     inertia::check_sweeps(context.document, session)?;
+    uncertainty::check_blocks(context.document, session)?;
     loads::check_unknown(context.document, session)?;
     motion::check(context, session)?;
     single_poses::check_single_poses(context.document, session)?;

@@ -791,7 +791,12 @@ fn an_uncertainty_has_what_it_needs_and_nothing_else() {
     assert_eq!(chosen("kind = 'jackknife'"), jackknife(PoseBlocks::Found));
     assert_eq!(chosen("kind = 'jackknife'\nblock_poses = 2"), jackknife(PoseBlocks::Poses(2)));
     assert_eq!(chosen("kind = 'jackknife'\nblocks = 'sweeps'"), jackknife(PoseBlocks::Sweeps));
-    assert_eq!(chosen("kind = 'jackknife'\nblocks = 'pairs'"), jackknife(PoseBlocks::Pairs));
+    let pairs = "[uncertainty]\nkind = 'jackknife'\nblocks = 'pairs'\n[gravity]";
+    let rows: String = (0..32).map(|k| format!("{},0,2000,,s\n", k / 2)).collect();
+    let table = format!("q1,q2,y1,y2,sweep\n{rows}");
+    let paired = read(&[("session.toml", "[gravity]", pairs), ("a.csv", A, table.as_str())]).unwrap();
+    assert_eq!(paired.uncertainty, jackknife(PoseBlocks::Pairs));
+    refused("kind = 'jackknife'\nblocks = 'pairs'", "7: uncertainty.blocks: no two rows that follow each other");
     refused(
         "kind = 'jackknife'\nblock_poses = 3",
         "7: uncertainty.block_poses: 33 samples in blocks of 3 are 11 blocks",

@@ -1,11 +1,12 @@
 //! `[uncertainty]`: where the joint estimator's standard deviations come from.
 
 use gravcal_estimation::statistics::SampleBlocks;
-use gravcal_robot_model::session::{Pose, PoseBlocks, UncertaintyChoice};
+use gravcal_robot_model::session::{Pose, PoseBlocks, Session, UncertaintyChoice};
+use gravcal_robot_model::sweeps::{find_sweeps, stand_alike};
 use serde::Deserialize;
 
 use super::context::Context;
-use crate::document::{Field, FileError};
+use crate::document::{Document, Field, FileError};
 
 /// Replicates of a bootstrap where nothing is said, and the fewest whose outermost fortieths mean anything.
 const REPLICATES: usize = 500;
@@ -107,6 +108,25 @@ pub(super) fn resolve(
     let message = format!("an interval of 95 % needs {FEWEST_REPLICATES} replicates at least, better some hundreds");
     section.refuse("replicates", replicates < FEWEST_REPLICATES, &message)?;
     Ok(UncertaintyChoice::Bootstrap { block_poses, replicates, seed: table.seed.unwrap_or(SEED) })
+}
+
+/// Whether there are blocks of the kind that the jackknife is to leave out.
+pub(super) fn check_blocks(document: &Document, session: &Session) -> Result<(), FileError> {
+    let UncertaintyChoice::Jackknife { blocks } = session.uncertainty else { return Ok(()) };
+    let pair = |pose: usize| {
+        session.poses[pose].table == session.poses[pose + 1].table && stand_alike(session, pose, pose + 1)
+    };
+    let pairs = || (0..session.poses.len().saturating_sub(1)).any(pair);
+    let message = match blocks {
+        PoseBlocks::Pairs if !pairs() => {
+            "no two rows that follow each other are of the same pose: leave blocks out, and their length is found"
+        }
+        PoseBlocks::Sweeps if find_sweeps(session).is_empty() => {
+            "no table has a sweep, in which one joint moves and the others stand: leave blocks out, and their length is found"
+        }
+        _ => return Ok(()),
+    };
+    Err(document.error(&Field::new("uncertainty").key("blocks"), message))
 }
 
 struct Section<'a> {

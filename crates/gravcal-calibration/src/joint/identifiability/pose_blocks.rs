@@ -5,9 +5,8 @@ use std::ops::Range;
 use gravcal_estimation::statistics::{
     MIN_BLOCKS_LEFT_OUT, SampleBlocks, StatisticsError, TooFewBlocks, block_length, neighbour_correlation,
 };
-use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{PoseBlocks, ReadingId, Session};
-use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, find_sweeps};
+use gravcal_robot_model::sweeps::{find_sweeps, stand_alike};
 
 use crate::joint::solved::Solved;
 
@@ -95,7 +94,7 @@ fn blocks_of(session: &Session, poses: &[usize], choice: PoseBlocks) -> Vec<Rang
             }
             runs(session, poses, |first, pose| sweep_of[pose].is_some() && sweep_of[pose] == sweep_of[first])
         }
-        PoseBlocks::Pairs => runs(session, poses, |first, pose| stands_alike(session, first, pose)),
+        PoseBlocks::Pairs => runs(session, poses, |first, pose| stand_alike(session, first, pose)),
     }
 }
 
@@ -119,15 +118,6 @@ fn runs(session: &Session, poses: &[usize], continues: impl Fn(usize, usize) -> 
         }
     }
     runs
-}
-
-/// Whether every joint stands where it stood in another pose.
-pub(crate) fn stands_alike(session: &Session, a: usize, b: usize) -> bool {
-    session.joints.iter().enumerate().all(|(joint, known)| {
-        let gain = known.of(SensorParameter::PositionGain).nominal;
-        let [a, b] = [a, b].map(|pose| session.poses[pose].position[joint]);
-        (gain * (a - b)).abs() <= HOLD_TOLERANCE
-    })
 }
 
 #[cfg(test)]
