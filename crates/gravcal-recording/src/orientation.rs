@@ -53,6 +53,20 @@ impl OrientationForm {
             OrientationForm::Matrix => 9,
         }
     }
+
+    /// The rotation that the cells of a row say, as it is written: from the body's frame into the base's, or the other way round. Row by row.
+    ///
+    /// # Errors
+    /// What they are instead, in words.
+    pub fn rotation(self, cells: &[f64]) -> Result<Orientation, String> {
+        match (self, cells) {
+            (OrientationForm::QuaternionXyzw, &[x, y, z, w]) | (OrientationForm::QuaternionWxyz, &[w, x, y, z]) => {
+                of_quaternion([x, y, z, w])
+            }
+            (OrientationForm::Matrix, &[a, b, c, d, e, f, g, h, i]) => nearest([[a, b, c], [d, e, f], [g, h, i]]),
+            _ => Err(format!("{} numbers", cells.len())),
+        }
+    }
 }
 
 /// Such columns found in one table.
@@ -72,20 +86,12 @@ impl<'a> FoundOrientation<'a> {
             table.number(row, *place)?.ok_or_else(|| ReadError::NoOrientation { place: table.place(row, *place) })
         };
         let cells: Vec<f64> = self.places.iter().map(cell).collect::<Result<_, _>>()?;
-        let written = rotation(self.mapped.form, &cells)
+        let written = self
+            .mapped
+            .form
+            .rotation(&cells)
             .map_err(|found| ReadError::NoRotation { place: table.place(row, self.places[0]), found })?;
         Ok(if self.mapped.body_from_base { transposed(&written) } else { written })
-    }
-}
-
-/// The rotation that the cells say; or what they are instead.
-fn rotation(form: OrientationForm, cells: &[f64]) -> Result<Orientation, String> {
-    match (form, cells) {
-        (OrientationForm::QuaternionXyzw, &[x, y, z, w]) | (OrientationForm::QuaternionWxyz, &[w, x, y, z]) => {
-            of_quaternion([x, y, z, w])
-        }
-        (OrientationForm::Matrix, &[a, b, c, d, e, f, g, h, i]) => nearest([[a, b, c], [d, e, f], [g, h, i]]),
-        _ => Err(format!("{} numbers", cells.len())),
     }
 }
 
@@ -159,14 +165,14 @@ mod tests {
     #[test]
     fn a_quarter_turn_about_z_takes_x_to_y_in_either_order() {
         let half = 0.5f64.sqrt();
-        let xyzw = rotation(OrientationForm::QuaternionXyzw, &[0.0, 0.0, half, half]).unwrap();
-        let wxyz = rotation(OrientationForm::QuaternionWxyz, &[half, 0.0, 0.0, half]).unwrap();
+        let xyzw = OrientationForm::QuaternionXyzw.rotation(&[0.0, 0.0, half, half]).unwrap();
+        let wxyz = OrientationForm::QuaternionWxyz.rotation(&[half, 0.0, 0.0, half]).unwrap();
         assert!(distance(&xyzw, &QUARTER_ABOUT_Z) < 1e-15 && xyzw == wxyz, "{xyzw:?} {wxyz:?}");
     }
 
     #[test]
     fn what_is_no_rotation_is_refused_in_words() {
-        let refused = |form, cells: &[f64]| rotation(form, cells).unwrap_err();
+        let refused = |form: OrientationForm, cells: &[f64]| form.rotation(cells).unwrap_err();
         let quaternion = OrientationForm::QuaternionXyzw;
         assert_eq!(refused(quaternion, &[0.0, 0.0, 0.0, 0.9]), "a quaternion of length 0.9000");
         assert_eq!(refused(quaternion, &[0.0; 4]), "a quaternion of length 0.0000");

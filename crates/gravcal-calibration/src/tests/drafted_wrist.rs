@@ -3,7 +3,7 @@
 use std::fs;
 
 use gravcal_identification::SolveEnvironment;
-use gravcal_recording::inspect;
+use gravcal_recording::{OrientationForm, inspect};
 use gravcal_robot_model::session::Session;
 use gravcal_session::draft::Draft;
 use gravcal_session::read_session;
@@ -46,7 +46,35 @@ fn drafted_alone(recording: &str) -> (String, Vec<String>, Result<Session, Strin
     (text, draft.notes(), read_session(&session).map_err(|error| error.to_string()))
 }
 
+/// The same with rotation matrices in place of quaternions.
+fn turned_with_matrices(signs: [f64; 2]) -> String {
+    let header = "fx,fy,fz,tx,ty,tz,r11,r12,r13,r21,r22,r23,r31,r32,r33";
+    let with_quaternions = turned("", signs);
+    let row = |line: &str| {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let rotation = OrientationForm::QuaternionXyzw.rotation(&cells[6..]).unwrap();
+        let cells = cells[..6].iter().chain(rotation.as_flattened());
+        cells.map(|cell| format!("{cell:.6}")).collect::<Vec<_>>().join(",") + "\n"
+    };
+    format!("{header}\n{}", with_quaternions.lines().skip(1).map(row).collect::<String>())
+}
+
 const WRIST: &str = "fx,fy,fz,tx,ty,tz,qx,qy,qz,qw";
+
+#[test]
+fn rotation_matrices_tell_as_much_as_quaternions() {
+    for inverse in [1.0, -1.0] {
+        let [quaternions, matrices] =
+            [turned(WRIST, [inverse, -1.0]), turned_with_matrices([inverse, -1.0])].map(|recording| {
+                let (text, notes, session) = drafted_alone(&recording);
+                assert!(text.contains("sign = \"reversed\"") && notes.len() == 2, "{text}");
+                session.unwrap()
+            });
+        let mapped = matrices.readings.orientation.as_ref().unwrap();
+        assert_eq!((mapped.form, mapped.body_from_base), (OrientationForm::Matrix, inverse < 0.0));
+        assert_eq!(matrices.poses.len(), quaternions.poses.len());
+    }
+}
 
 #[test]
 fn a_wrist_sensor_that_is_turned_becomes_a_session_of_its_own() {

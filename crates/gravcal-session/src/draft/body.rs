@@ -2,19 +2,22 @@
 
 use std::fmt::Write;
 
-use gravcal_recording::{Inspection, Meaning, OrientationColumns, OrientationForm, ReadingColumn};
+use gravcal_recording::{ColumnFound, Inspection, Meaning, OrientationColumns, OrientationForm, ReadingColumn};
 
 use super::quoting::{list, quoted};
 use super::sense::Sense;
 
-/// Parts of a quaternion and axes of a sensor, as a session has them in order.
+/// Parts of a quaternion, entries of a rotation matrix, and axes of a sensor, as a session has them in order.
 const PARTS: [&str; 4] = ["x", "y", "z", "w"];
+const ENTRIES: [&str; 9] = ["r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"];
 const AXES: [&str; 6] = ["fx", "fy", "fz", "nx", "ny", "nz"];
 
 /// Columns of the orientation, and of the sensor's axes with their units.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DraftBody {
-    pub quaternion: [String; 4],
+    /// As many as the form has.
+    pub oriented_by: Vec<String>,
+    pub form: OrientationForm,
     pub axes: [(String, &'static str); 6],
     /// What the readings say of signs, once they have been looked at.
     pub sense: Option<Sense>,
@@ -23,10 +26,16 @@ pub(super) struct DraftBody {
 impl DraftBody {
     /// What names of columns tell; `None` where one of them is missing.
     pub fn find(inspection: &Inspection) -> Option<DraftBody> {
-        let quaternion = inspection.axes(Meaning::Orientation, PARTS)?;
+        let names = |columns: &[&ColumnFound]| columns.iter().map(|column| column.name.clone()).collect();
+        let quaternion = inspection.axes(Meaning::Orientation, PARTS);
+        let (oriented_by, form) = match quaternion {
+            Some(parts) => (names(&parts), OrientationForm::QuaternionXyzw),
+            None => (names(&inspection.axes(Meaning::Orientation, ENTRIES)?), OrientationForm::Matrix),
+        };
         let axes = inspection.axes(Meaning::ForceTorque, AXES)?;
         Some(DraftBody {
-            quaternion: quaternion.map(|column| column.name.clone()),
+            oriented_by,
+            form,
             axes: axes.map(|column| (column.name.clone(), column.guess.unit.unwrap_or("N"))),
             sense: None,
         })
@@ -34,8 +43,8 @@ impl DraftBody {
 
     pub fn orientation(&self) -> OrientationColumns {
         OrientationColumns {
-            columns: self.quaternion.to_vec(),
-            form: OrientationForm::QuaternionXyzw,
+            columns: self.oriented_by.clone(),
+            form: self.form,
             body_from_base: self.sense.is_some_and(|sense| sense.body_from_base),
         }
     }
@@ -47,15 +56,16 @@ impl DraftBody {
 
     /// The orientation as `[readings]` has it.
     pub fn orientation_text(&self) -> String {
-        let columns = list(&self.quaternion.each_ref().map(String::as_str));
+        let columns = list(&self.oriented_by.iter().map(String::as_str).collect::<Vec<_>>());
+        let order = if self.form == OrientationForm::Matrix { "" } else { " order = \"xyzw\"," };
         let (rotation, by) = match self.sense {
             Some(Sense { body_from_base: true, .. }) => ("body-from-base", "so the forces say"),
             Some(_) => ("base-from-body", "so the forces say"),
             None => ("base-from-body", "or \"body-from-base\""),
         };
         format!(
-            "# How the sensor stood; which way the rotation goes is a guess ({by}).\norientation = {{ columns = {columns}, order = \
-             \"xyzw\", rotation = \"{rotation}\" }}\n"
+            "# How the sensor stood; which way the rotation goes is a guess ({by}).\norientation = {{ columns = {columns},{order} \
+             rotation = \"{rotation}\" }}\n"
         )
     }
 

@@ -127,10 +127,12 @@ impl<'a> Draft<'a> {
     pub fn looked_at(mut self, watch: &dyn Fn(f64)) -> Result<Draft<'a>, ReadError> {
         if let Some(body) = &mut self.body {
             let mut forces = Forces::default();
-            let columns = body.quaternion.iter().chain(body.axes[..3].iter().map(|(column, _)| column));
+            let columns = body.oriented_by.iter().chain(body.axes[..3].iter().map(|(column, _)| column));
             each_row(self.recording, &self.csv, columns, watch, |cells| {
-                if let [x, y, z, w, fx, fy, fz] = *cells {
-                    forces.take([x, y, z, w], [fx, fy, fz]);
+                if let Some((orientation, force)) = cells.split_last_chunk()
+                    && let Ok(rotation) = body.form.rotation(orientation)
+                {
+                    forces.take(&rotation, *force);
                 }
             })?;
             body.sense = forces.sense();

@@ -7,7 +7,8 @@
 //! Forces go with the direction of gravity in the sensor's frame as a straight line does, for the right one of both; the sign is that of
 //! the line's slope. Where gravity points in the base's frame is assumed.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use gravcal_recording::Orientation;
+use nalgebra::Vector3;
 
 /// Share of the forces' scatter that gravity makes at least, if it is gravity that they show, as a correlation.
 const LEAST: f64 = 0.8;
@@ -15,7 +16,7 @@ const LEAST: f64 = 0.8;
 /// What the forces say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Sense {
-    /// Whether quaternions turn vectors of the base into the body's frame.
+    /// Whether orientations turn vectors of the base into the body's frame.
     pub body_from_base: bool,
     /// Whether the sensor reads what the tool exerts on it.
     pub reversed: bool,
@@ -29,15 +30,15 @@ pub(super) struct Forces {
 }
 
 impl Forces {
-    /// Takes a pose: a quaternion x, y, z, w and the force; what is no number is passed over.
-    pub fn take(&mut self, [x, y, z, w]: [f64; 4], force: [f64; 3]) {
-        let norm = [x, y, z, w].iter().fold(0.0, |norm: f64, part| norm.hypot(*part));
-        if !(norm > 0.0 && norm.is_finite() && force.iter().all(|part| part.is_finite())) {
+    /// Takes a pose: how it is turned, and the force; what is no number is passed over.
+    pub fn take(&mut self, turned: &Orientation, force: [f64; 3]) {
+        if !force.iter().all(|part| part.is_finite()) {
             return;
         }
-        let (turned, force) = (UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)), Vector3::from(force));
-        self.base_from_body.take(turned.inverse() * -Vector3::z(), force);
-        self.body_from_base.take(turned * -Vector3::z(), force);
+        // Gravity points down the third axis: the third row of what turns it back, the third column of what turns it.
+        let force = Vector3::from(force);
+        self.base_from_body.take(-Vector3::from(turned[2]), force);
+        self.body_from_base.take(-Vector3::from(turned.map(|row| row[2])), force);
     }
 
     pub fn sense(&self) -> Option<Sense> {

@@ -184,7 +184,7 @@ impl Inspection {
         self
     }
 
-    /// The column of each of these axes of a force-torque sensor, or parts of a quaternion: the first that says something of it; `None`
+    /// The column of each of these axes of a force-torque sensor, or parts of an orientation: the first that says something of it; `None`
     /// where one is missing.
     pub fn axes<const N: usize>(&self, meaning: Meaning, axes: [&str; N]) -> Option<[&ColumnFound; N]> {
         let columns = self.meaning(meaning);

@@ -13,7 +13,7 @@ use crate::unit::{PositionUnit, TorqueUnit};
 pub struct Guess {
     /// What kind of reading it is; `None` where the name does not tell.
     pub meaning: Option<Meaning>,
-    /// Of which axis of a force-torque sensor (`fx` to `nz`), or which part of a quaternion (`x` to `w`).
+    /// Of which axis of a force-torque sensor (`fx` to `nz`), which part of a quaternion (`x` to `w`), or which entry of a rotation matrix (`r11` to `r33`).
     pub axis: Option<&'static str>,
     /// Of which joint: its name in messages, else what is left of the column's name.
     pub joint: Option<String>,
@@ -44,7 +44,7 @@ pub enum Meaning {
     /// Of an axis of a force-torque sensor.
     #[serde(rename = "force-torque")]
     ForceTorque,
-    /// Part of a quaternion that tells how a body stood.
+    /// Part of a quaternion, or of a rotation matrix, that tells how a body stood.
     Orientation,
     /// Of a thermometer.
     Temperature,
@@ -109,6 +109,19 @@ const WRENCH: [&str; 6] = ["wrench", "ft", "tcp", "wrist", "force", "fts"];
 
 /// Words for the parts of a quaternion, and for a quaternion, of which a word is a part.
 const QUATERNION_PARTS: [(&str, &str); 4] = [("x", "qx"), ("y", "qy"), ("z", "qz"), ("w", "qw")];
+/// Letters of a rotation matrix whose entries are counted from 1, and its entries row by row.
+const MATRIX: [&str; 3] = ["r", "rot", "rotation"];
+const MATRIX_ENTRIES: [(&str, &str); 9] = [
+    ("r11", "11"),
+    ("r12", "12"),
+    ("r13", "13"),
+    ("r21", "21"),
+    ("r22", "22"),
+    ("r23", "23"),
+    ("r31", "31"),
+    ("r32", "32"),
+    ("r33", "33"),
+];
 const QUATERNION: [&str; 4] = ["quat", "quaternion", "orientation", "attitude"];
 
 /// Words for a clock.
@@ -339,7 +352,7 @@ fn by_words(column: &str, by_unit: Option<Meaning>) -> Reported {
     let commanded = words.iter().any(|word| is_commanded(word));
     let is_rate = words.iter().any(|word| word == "per");
     let unit_of = |word: &String| UNITS.iter().find(|(name, _)| name == word).map(|(_, unit)| *unit);
-    if let Some(part) = quaternion_part(&words) {
+    if let Some(part) = quaternion_part(&words).or_else(|| matrix_entry(&words)) {
         return Reported { meaning: Some(Meaning::Orientation), axis: Some(part), commanded, ..Reported::default() };
     }
     if is_of_wrench(&words) {
@@ -396,6 +409,13 @@ fn quaternion_part(words: &[String]) -> Option<&'static str> {
     let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
     let is_part = |(part, name): &&(&str, &str)| any(&[name]) || any(&QUATERNION) && any(&[part]);
     QUATERNION_PARTS.iter().find(is_part).map(|(part, _)| *part)
+}
+
+/// `r11`, `R_23`, `tool.rot33`.
+fn matrix_entry(words: &[String]) -> Option<&'static str> {
+    let [.., letter, number] = words else { return None };
+    let entry = MATRIX_ENTRIES.iter().find(|(_, entry)| entry == number).filter(|_| MATRIX.contains(&letter.as_str()));
+    entry.map(|(name, _)| *name)
 }
 
 /// A name without what writers of tables change in it.

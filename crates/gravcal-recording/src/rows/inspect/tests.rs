@@ -121,7 +121,7 @@ fn meanings_are_guessed_from_names_and_ranges() {
 }
 
 #[test]
-fn axes_of_wrenches_and_parts_of_quaternions_are_reported_by_their_names() {
+fn axes_of_wrenches_and_parts_of_orientations_are_reported_by_their_names() {
     let axis = |name: &str| names::guess(name, -1.0, 1.0, false).axis.unwrap_or("-");
     for (name, expected) in [
         ("fx", "fx"),
@@ -135,6 +135,11 @@ fn axes_of_wrenches_and_parts_of_quaternions_are_reported_by_their_names() {
         ("pose.orientation.z", "z"),
         ("q1", "-"),
         ("orientation", "-"),
+        ("r11", "r11"),
+        ("R_23", "r23"),
+        ("tool.rot33", "r33"),
+        ("r14", "-"),
+        ("motor11", "-"),
     ] {
         assert_eq!(axis(name), expected, "{name}");
     }

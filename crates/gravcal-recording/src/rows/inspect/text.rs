@@ -161,7 +161,7 @@ fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], time: Optio
             wrapped(f, "  - ", "of a force-torque sensor, as its name says: a [[force_torque_sensor]] of a session")?;
         }
         if column.guess.meaning == Some(Meaning::Orientation) {
-            wrapped(f, "  - ", "part of a quaternion, as its name says: [readings] orientation of a session")?;
+            wrapped(f, "  - ", "part of an orientation, as its name says: [readings] orientation of a session")?;
         }
         if column.lowest.abs().max(column.highest.abs()) > RUBBISH {
             wrapped(
