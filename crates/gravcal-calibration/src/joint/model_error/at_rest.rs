@@ -27,7 +27,7 @@ use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::model_error::sides_by_order::sides_by_order;
+use crate::joint::model_error::sides_by_order::sides_at_rest;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::joint::variables::{OfJoints, State, VariableIndex};
@@ -98,15 +98,16 @@ impl MeasurementSet {
     /// From which side the joint whose torque is read came to a pose in which it stood: 0 where nobody knows, nothing of any other pose. One that never
     /// slides has the same friction always: as from below.
     fn side(&self, session: &Session, id: ReadingId) -> Option<f64> {
-        let of_pose = |number: usize| {
-            let pose = &session.poses[number];
-            let side = self.sides.get(number).unwrap_or(&pose.conditions.direction).get(id.channel)?;
-            let stands = pose.sweep_label.is_none() && pose.course.is_none();
-            let read = session.reading(ReadingId { pose: number, ..id }).is_some();
-            (stands && read).then(|| if *side == 0.0 { 0.0 } else { side.signum() })
-        };
-        let slides = || (0..session.poses.len()).filter_map(of_pose).any(|side| side != 0.0);
-        of_pose(id.pose).map(|side| if side == 0.0 && !slides() { 1.0 } else { side })
+        let side = self.side_told(session, id)?;
+        Some(if side == 0.0 && !self.slides(session, id.channel) { 1.0 } else { side })
+    }
+
+    /// The same as it is told, of one that never slides, too.
+    fn side_told(&self, session: &Session, id: ReadingId) -> Option<f64> {
+        let pose = &session.poses[id.pose];
+        let side = self.sides.get(id.pose).unwrap_or(&pose.conditions.direction).get(id.channel)?;
+        let stands = pose.sweep_label.is_none() && pose.course.is_none();
+        (stands && session.reading(id).is_some()).then(|| if *side == 0.0 { 0.0 } else { side.signum() })
     }
 
     /// From which sides a joint came where it stood; nothing where that is hardly known.
@@ -121,9 +122,23 @@ impl MeasurementSet {
         (all >= LEAST).then_some(Sides { rising, all })
     }
 
+    /// The share of its poses to which a joint that slid came from the side from which it came more often; zero where that is hardly known.
+    pub(in crate::joint) fn share_of_one_side(&self, session: &Session, joint: usize) -> f64 {
+        if !self.slides(session, joint) {
+            return 0.0;
+        }
+        self.sides_of(session, joint).map_or(0.0, Sides::larger_share)
+    }
+
+    /// Whether a joint slid on its way to any pose.
+    fn slides(&self, session: &Session, channel: usize) -> bool {
+        (0..session.poses.len())
+            .any(|pose| self.side_told(session, ReadingId { pose, channel }).is_some_and(|side| side != 0.0))
+    }
+
     /// The sides from which joints came in another session of the same arm, as these readings know them.
     pub(in crate::joint) fn sides_in(&self, session: &Session) -> Arc<[Vec<f64>]> {
-        if self.sides.is_empty() { Arc::default() } else { sides_by_order(session).into() }
+        if self.sides.is_empty() { Arc::default() } else { sides_at_rest(session).into() }
     }
 }
 

@@ -4,7 +4,7 @@
 //! (`1.48 median |r|`, the same for a normal distribution). They weigh with all others then, and shift what they pull at.
 
 use gravcal_estimation::{EvaluateError, Loss};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::solved::Solved;
 
@@ -36,7 +36,10 @@ impl Solved {
         let (usual, found) = (self.median_noise(session, &rows), session.noise_estimated());
         let (mut channels, mut far) = (Vec::new(), Vec::new());
         for channel in (0..session.channel_count()).filter(|channel| found[*channel]) {
-            let own = || self.built.rows.iter().zip(&rows).filter(|(id, _)| id.channel == channel);
+            let known = |id: &ReadingId| self.readings().of_unknown_side(session, *id) == 0.0;
+            let own = || {
+                self.built.rows.iter().zip(&rows).filter(|(id, _)| id.channel == channel).filter(|(id, _)| known(id))
+            };
             let count = own().count();
             let squares: f64 = own().map(|(id, row)| (row.whitened * self.readings().std(session, *id)).powi(2)).sum();
             let (rms, usual) = ((squares / count.max(1) as f64).sqrt(), usual[channel]);

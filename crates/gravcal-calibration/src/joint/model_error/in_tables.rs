@@ -12,14 +12,18 @@
 use std::sync::Arc;
 
 use gravcal_robot_model::session::{ReadingId, Session};
+use gravcal_robot_model::sweeps::sweeping;
 
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::{Bending, MeasurementSet};
 use crate::joint::model_error::bending::is_stiffness_unsaid;
-use crate::joint::model_error::sides_by_order::sides_by_order;
+use crate::joint::model_error::sides_by_order::{moved_to, sides_at_rest};
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::result::{ResidualTest, ResidualTestKind};
+
+/// A joint that came from one side to so large a share of its poses leaves its friction in its bias: chance does so in one of a thousand tables of 12 rows.
+const ONE_SIDED: f64 = 0.9;
 
 impl Solved {
     /// The readings with unknowns for friction and compliance, where the residuals of tables show what would spoil intervals otherwise; nothing where they
@@ -50,7 +54,7 @@ impl Solved {
                 shown.map_or(0.0, |test| test.size.abs().max(self.error_of(session, joint)))
             })
             .collect();
-        let sides = sides_by_order(session).into();
+        let sides = sides_at_rest(session).into();
         let with_friction = MeasurementSet { sides, ..readings.clone() }.with_friction_shown(session, &errors);
         let gives_way = tests.iter().any(|test| shows(ResidualTestKind::Compliance)(&test));
         if with_friction.is_none() && !gives_way {
@@ -62,6 +66,30 @@ impl Solved {
             false => None,
         };
         Ok(Some(MeasurementSet { bending, ..with }))
+    }
+
+    /// Says which joints came to their poses from one side in tables that show no friction, as nothing would.
+    pub(in crate::joint) fn biases_that_may_hold_friction(&self, session: &Session) -> Option<String> {
+        let shows = !self.readings().at_rest.is_empty() || sweeping(session).iter().any(Option::is_some);
+        if shows || !session.searched.is_empty() || session.has_windows() {
+            return None;
+        }
+        let order = MeasurementSet { sides: moved_to(session).into(), ..self.readings().clone() };
+        let estimated = session.terms.with_friction();
+        let is_read = |joint: usize| self.built.rows.iter().any(|id| id.channel == joint);
+        let held = (0..session.joints.len()).filter(|joint| {
+            let share = order.share_of_one_side(session, *joint);
+            !estimated.contains(joint) && is_read(*joint) && share >= ONE_SIDED
+        });
+        let names: Vec<&str> = held.map(|joint| session.robot.chain.joints()[joint].name.as_str()).collect();
+        let by = if order.sides.is_empty() { "direction says" } else { "the order of the rows tells" };
+        (!names.is_empty()).then(|| {
+            format!(
+                "{} came to nine of ten poses from the same side, as {by}: if the arm has friction, their torque biases hold what is left of it at rest, and no residual \
+                 shows it. Come to the same poses from both sides, and say from which (direction in [readings]).",
+                names.join(", ")
+            )
+        })
     }
 
     /// Root mean square of the standard deviations with which a joint's readings count.

@@ -14,6 +14,29 @@ const BEYOND_NOISE: f64 = 7.0;
 /// By pose and joint: 1 where the coordinate rose, −1 where it fell, 0 where it is not known. Empty where the session says it itself, or where an arm was
 /// followed while it moved.
 pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
+    let sides = moved_to(session);
+    // What always came from one side tells nothing.
+    let from = |joint: usize, side: f64| sides.iter().any(|pose| pose[joint] == side);
+    let joints = 0..session.joints.len();
+    let both: Vec<bool> = joints.map(|joint| from(joint, 1.0) && from(joint, -1.0)).collect();
+    let told =
+        |pose: Vec<f64>| pose.into_iter().zip(&both).map(|(side, both)| if *both { side } else { 0.0 }).collect();
+    sides.into_iter().map(told).collect()
+}
+
+/// The same for what friction leaves at rest: of joints of which the order tells nothing it is the same in all poses, as from below.
+pub fn sides_at_rest(session: &Session) -> Vec<Vec<f64>> {
+    let mut sides = sides_by_order(session);
+    for joint in 0..session.joints.len() {
+        if sides.iter().all(|pose| pose[joint] == 0.0) {
+            sides.iter_mut().for_each(|pose| pose[joint] = 1.0);
+        }
+    }
+    sides
+}
+
+/// The same with joints that always came from one side.
+pub fn moved_to(session: &Session) -> Vec<Vec<f64>> {
     let told = session.poses.iter().any(|pose| pose.conditions.direction.iter().any(|side| *side != 0.0));
     if told || !session.searched.is_empty() || session.has_windows() {
         return Vec::new();
@@ -35,10 +58,5 @@ pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
         let own = (0..joints).map(of_joint).collect();
         sides.push(own);
     }
-    // What always came from one side tells nothing.
-    let from = |joint: usize, side: f64| sides.iter().any(|pose| pose[joint] == side);
-    let both: Vec<bool> = (0..joints).map(|joint| from(joint, 1.0) && from(joint, -1.0)).collect();
-    let told =
-        |pose: Vec<f64>| pose.into_iter().zip(&both).map(|(side, both)| if *both { side } else { 0.0 }).collect();
-    sides.into_iter().map(told).collect()
+    sides
 }

@@ -90,12 +90,14 @@ impl Solved {
         Ok(rows.filter(|(id, _)| stated[id.channel]).map(|(id, row)| (id.channel, row)).collect())
     }
 
+    /// Of all readings but those that friction may have moved to either side: these tell nothing of the noise.
     fn reading_residuals(&self, session: &Session, rows: &[RowResidual]) -> Vec<ReadingResidual> {
         let of = |(id, row): (&ReadingId, &RowResidual)| {
             let std = self.readings().std(session, *id);
             ReadingResidual { channel: id.channel, std, row: *row }
         };
-        self.built.rows.iter().zip(rows).map(of).collect()
+        let tells = |(id, _): &(&ReadingId, &RowResidual)| self.readings().of_unknown_side(session, **id) == 0.0;
+        self.built.rows.iter().zip(rows).filter(tells).map(of).collect()
     }
 
     /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with

@@ -208,6 +208,10 @@ pub fn of_direction(session: &Session, tests: &[&ResidualTest]) -> Option<String
             WIDENED,
             "Estimate it (sensor_models = [{ kind = \"coulomb-friction\" }] in the joint's [[joint]]), and come to each pose from both sides.",
         ),
+        false if by_order => (
+            "It is an unknown of the estimate, and intervals allow for it.",
+            "To halve it, come to each pose from both sides, and say from which (direction in [readings]): rows of one pose do not tell it.",
+        ),
         false => ("Intervals allow for it.", "To halve it, come to each pose from both sides."),
     };
     Some(format!(
