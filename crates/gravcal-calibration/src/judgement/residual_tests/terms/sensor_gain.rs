@@ -112,7 +112,10 @@ fn shows_most(of: &Columns, channel: usize, coefficients: &[f64]) -> Found {
     let (other, size) = most.unwrap_or((channel, 0.0));
     let unit = match of.is_joint(channel) {
         true => per_torque(session, channel, other, ""),
-        false => format!("{}/({})", session.channel_unit(channel), session.channel_unit(other)),
+        false => {
+            let (own, other) = (session.channel_unit(channel), session.channel_unit(other));
+            if other.contains('·') { format!("{own}/({other})") } else { format!("{own}/{other}") }
+        }
     };
     Found::new(ResidualTestKind::Crosstalk { joint: session.channel_name(other) }, size, unit)
 }
