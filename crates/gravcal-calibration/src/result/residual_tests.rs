@@ -155,6 +155,8 @@ pub enum ResidualTestKind {
         /// The file that is farthest off.
         file: String,
     },
+    /// A position sensor that reads otherwise on each side from which its joint comes: half the difference, rad.
+    Backlash,
     /// The zero of a position sensor that changes on the way.
     PositionJump {
         /// The file in which it changes.
@@ -206,6 +208,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::FrictionTrend => f.write_str("friction trend"),
             ResidualTestKind::FrictionCurve { .. } => f.write_str("friction by speed"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
+            ResidualTestKind::Backlash => f.write_str("backlash"),
             ResidualTestKind::PositionJump { file, line } => write!(f, "position jump ({file}:{line})"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),
         }

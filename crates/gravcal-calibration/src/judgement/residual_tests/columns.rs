@@ -214,6 +214,12 @@ impl<'a> Columns<'a> {
         self.session.joints[joint].of(SensorParameter::PositionGain).nominal * self.session.poses[pose].position[joint]
     }
 
+    /// From which side a joint came, as the order of poses or the session tells it; 0 where neither does.
+    pub fn side(&self, joint: usize, pose: usize) -> f64 {
+        let sides = self.sides.get(pose).unwrap_or(&self.session.poses[pose].conditions.direction);
+        sides.get(joint).copied().unwrap_or(0.0)
+    }
+
     /// A condition of a joint, times what it acts on; zero where it is not known.
     pub fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>, acts_on: impl Fn(usize) -> f64) -> Vec<f64> {
         let own = |pose: usize| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0);

@@ -695,17 +695,45 @@ fn what_the_model_lacks_widens_a_bootstrap_too() {
     assert!(high - low > 3.5 * own, "{low} {high} {own}");
 }
 
-/// Where no table says from which side joints came, poses were read one after the other.
-#[test]
-fn friction_goes_with_the_order_of_the_poses() {
+/// The poses of the shoulder in one table, in an order in which joints come from both sides: as they are swept each comes from one.
+fn mixed() -> Session {
     let mut session = sarcos_shoulder().session(0);
-    // As they are swept each joint comes from one side.
     let poses = session.poses.len();
     let stride = (poses / 2..poses)
         .find(|stride| (2..=*stride).all(|d| !stride.is_multiple_of(d) || !poses.is_multiple_of(d)))
         .unwrap();
     session.poses = (0..poses).map(|place| session.poses[place * stride % poses].clone()).collect();
     session.poses.iter_mut().for_each(|pose| pose.table = 0);
+    session
+}
+
+/// A gear with play between the second joint and its sensor, as the order of rows or the session tells the sides; beside friction, too.
+#[test]
+fn a_position_sensor_that_reads_otherwise_on_each_side_is_named() {
+    let play = 2e-3;
+    for (told, friction) in [(false, 0.0), (true, 0.0), (false, 2.0 * NOISE)] {
+        let mut session = mixed();
+        let sides = sides_by_order(&session);
+        for (pose, side) in session.poses.iter_mut().zip(&sides) {
+            pose.position[1] -= play * side[1];
+            pose.torque[1].as_mut().unwrap().value += friction * side[1];
+            if told {
+                pose.conditions.direction.clone_from(side);
+            }
+        }
+        let result = estimate(&session);
+        let test = named(&result).into_iter().find(|test| test.kind == ResidualTestKind::Backlash);
+        let test = test.unwrap_or_else(|| panic!("{told} {friction}: {:?}", named(&result)));
+        assert!(test.channel == "joint2" && test.spoils_intervals && test.unit == "rad", "{test:?}");
+        assert!((test.size / play - 1.0).abs() < 0.2, "{test:?}");
+        assert!(result.notes.iter().any(|note| note.contains("has play")), "{:?}", result.notes);
+    }
+}
+
+/// Where no table says from which side joints came, poses were read one after the other.
+#[test]
+fn friction_goes_with_the_order_of_the_poses() {
+    let mut session = mixed();
     let sides = sides_by_order(&session);
     assert!(sides[0] == [0.0; 3] && sides.iter().skip(10).all(|side| side[1].abs() == 1.0));
     let test = first(session.clone(), 1, |place, _| 1.5 * NOISE * sides[place][1]);

@@ -49,8 +49,7 @@ impl Friction {
 impl Lacked for Friction {
     fn columns(&self, of: &Columns, channel: usize) -> Vec<Vec<f64>> {
         match self {
-            Friction::Direction if !of.sides.is_empty() => vec![of.reading(channel, |pose| of.sides[pose][channel])],
-            Friction::Direction => vec![of.condition(channel, |pose| &pose.conditions.direction, |_| 1.0)],
+            Friction::Direction => vec![of.reading(channel, |pose| of.side(channel, pose))],
             Friction::Presliding => vec![of.reading(channel, |pose| not_built_up(of.session, channel, pose))],
             Friction::OfLoad => {
                 let of_load = |pose: usize| of.predicted.reading(pose, channel).abs();

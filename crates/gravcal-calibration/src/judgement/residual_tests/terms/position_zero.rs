@@ -1,4 +1,4 @@
-//! The zero of a position sensor that is another in another table, or changes on the way.
+//! The zero of a position sensor that is another in another table, changes on the way, or hangs on the side from which its joint came.
 
 use super::lacked::{Found, Lacked, Words};
 use crate::judgement::residual_tests::columns::{Columns, MOST_RECORDINGS};
@@ -22,6 +22,8 @@ pub enum PositionZero {
         /// Place of the pose in that order.
         from: usize,
     },
+    /// To the side from which the joint came: of a gear with play, or one that twists under its friction.
+    BySide,
 }
 
 impl PositionZero {
@@ -32,7 +34,10 @@ impl PositionZero {
         let froms = (1..PARTS).map(|part| part * count / PARTS);
         // Where a table begins, it is the zero of that table.
         let froms = froms.filter(|from| count >= FEWEST_PARTED && table(*from) == table(from - 1));
-        [PositionZero::InTables].into_iter().chain(froms.map(|from| PositionZero::Jump { from })).collect()
+        [PositionZero::InTables, PositionZero::BySide]
+            .into_iter()
+            .chain(froms.map(|from| PositionZero::Jump { from }))
+            .collect()
     }
 }
 
@@ -43,6 +48,7 @@ impl Lacked for PositionZero {
                 vec![of.coordinate(channel, |pose| f64::from(within(pose)))]
             }),
             PositionZero::Jump { from } => vec![of.coordinate(channel, |pose| f64::from(of.places[pose] >= *from))],
+            PositionZero::BySide => vec![of.coordinate(channel, |pose| of.side(channel, pose))],
         }
     }
 
@@ -56,6 +62,9 @@ impl Lacked for PositionZero {
                 let (file, line) = of.session.row_of(of.in_order[*from]);
                 let first = coefficients.first().copied().unwrap_or(0.0);
                 Found::new(ResidualTestKind::PositionJump { file, line }, first, "rad")
+            }
+            PositionZero::BySide => {
+                Found::new(ResidualTestKind::Backlash, coefficients.first().copied().unwrap_or(0.0), "rad")
             }
         }
     }
@@ -82,5 +91,17 @@ pub fn of_jump(test: &ResidualTest, file: &str, line: u64) -> Words {
             shown_size(test)
         ),
         "The sensor slipped, or was homed anew. What is told lies between both zeros: calibrate the readings before and after by themselves.",
+    )
+}
+
+pub fn of_backlash(test: &ResidualTest) -> Words {
+    Words::new(
+        format!(
+            "The residuals show that the position sensor of {} reads otherwise on each side from which the joint comes, by ±{} rad.",
+            test.channel,
+            shown_size(test)
+        ),
+        "The gear between sensor and joint has play, or twists under its friction. Come to all poses from the same side, or to each from both and take the mean; or \
+         say how far positions may be off (std of position in [readings]).",
     )
 }

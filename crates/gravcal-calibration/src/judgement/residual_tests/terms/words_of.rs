@@ -32,6 +32,7 @@ pub fn words_of(session: &Session, test: &ResidualTest) -> Option<Words> {
         Kind::TorqueNonlinearity => sensor_gain::of_nonlinearity(session, test),
         Kind::Crosstalk { joint } => sensor_gain::of_crosstalk(session, test, joint),
         Kind::PositionOffset { file } => position_zero::of_tables(test, file),
+        Kind::Backlash => position_zero::of_backlash(test),
         Kind::PositionJump { file, line } => position_zero::of_jump(test, file, *line),
         Kind::StatedSensor { parameter } => stated::of_sensor(session, test, parameter),
         Kind::LoadMass { load } => stated::of_load_mass(session, test, load),
