@@ -176,8 +176,9 @@ fn joints_that_give_way_are_named_with_their_compliance() {
             assert!((found.size / truth - 1.0).abs() < 0.3 && found.unit == "rad/(N·m)", "{found:?}");
         }
         assert!(of("joint2").is_none(), "{:?}", named(&result));
-        let says = "joint1, joint3 give way";
-        assert!(result.notes.iter().any(|note| note.contains(says)), "{:?}", result.notes);
+        let says = ["joint1, joint3 give way", "joint3, joint1 give way"];
+        let told = |note: &String| says.iter().any(|says| note.contains(says));
+        assert!(result.notes.iter().any(told), "{:?}", result.notes);
         assert_eq!(result.verdict == Verdict::Determined, is_unknown);
         let off = errors(&session, &simulation, &result);
         assert!(off.iter().all(|(_, error)| error.abs() < 4.0), "{off:?}");
@@ -725,7 +726,8 @@ fn a_position_sensor_that_reads_otherwise_on_each_side_is_named() {
         let test = named(&result).into_iter().find(|test| test.kind == ResidualTestKind::Backlash);
         let test = test.unwrap_or_else(|| panic!("{told} {friction}: {:?}", named(&result)));
         assert!(test.channel == "joint2" && test.spoils_intervals && test.unit == "rad", "{test:?}");
-        assert!((test.size / play - 1.0).abs() < 0.2, "{test:?}");
+        // Three of its standard deviations.
+        assert!((test.size / play - 1.0).abs() < 3.0 / test.statistic.sqrt(), "{test:?}");
         assert!(result.notes.iter().any(|note| note.contains("has play")), "{:?}", result.notes);
     }
 }
