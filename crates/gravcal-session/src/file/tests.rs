@@ -796,7 +796,15 @@ fn an_uncertainty_has_what_it_needs_and_nothing_else() {
     let table = format!("q1,q2,y1,y2,sweep\n{rows}");
     let paired = read(&[("session.toml", "[gravity]", pairs), ("a.csv", A, table.as_str())]).unwrap();
     assert_eq!(paired.uncertainty, jackknife(PoseBlocks::Pairs));
-    refused("kind = 'jackknife'\nblocks = 'pairs'", "7: uncertainty.blocks: no two rows that follow each other");
+    let rows: String = (0..32).map(|k| format!("{},0,2000,,s\n", 5 * k)).collect();
+    let table = format!("q1,q2,y1,y2,sweep\n{rows}");
+    let apart = [
+        ("session.toml", "[gravity]", pairs),
+        ("a.csv", A, table.as_str()),
+        ("b.csv", B, "q1,q2,y1,y2,sweep\n0,1,5,6,\n0,9,7,8,\n"),
+    ];
+    let message = read(&apart).unwrap_err();
+    assert!(message.contains("7: uncertainty.blocks: no two rows that follow each other"), "{message}");
     refused(
         "kind = 'jackknife'\nblock_poses = 3",
         "7: uncertainty.block_poses: 33 samples in blocks of 3 are 11 blocks",
