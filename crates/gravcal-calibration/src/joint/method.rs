@@ -185,13 +185,15 @@ pub(super) fn answer(
     environment: &SolveEnvironment<'_>,
 ) -> Result<Answer, EstimateError> {
     let first = answer_as_modelled(session, readings, known, wanted, environment)?;
-    let shown = first.solved.shown_by_tables(session, readings, &first.residual_tests)?;
-    match shown.filter(|_| first.mistakes.found.is_none()) {
-        Some(readings) => {
-            let found = first.solved.state(&State::nominal(session));
-            answer_as_modelled(session, &readings, Some(&found), wanted, environment)
-        }
-        None => Ok(first),
+    if first.mistakes.found.is_some() || environment.stopped() {
+        return Ok(first);
+    }
+    let Some(shown) = first.solved.shown_by_tables(session, readings, &first.residual_tests)? else { return Ok(first) };
+    let found = first.solved.state(&State::nominal(session));
+    // The first names what it lacks: where the second leads nowhere, or is stopped, it stands.
+    match answer_as_modelled(session, &shown, Some(&found), wanted, environment) {
+        Ok(second) if second.solved.estimate.termination.converged() => Ok(second),
+        _ => Ok(first),
     }
 }
 

@@ -114,3 +114,15 @@ fn tables_without_friction_have_no_such_unknown() {
     assert!(with.notes.iter().any(|note| note.contains("as the order of the rows tells it")), "{:?}", with.notes);
     assert!(std(&with) > 2.0 * std(&without));
 }
+
+/// The rows of each table sorted by the shoulder's angle: it always rises, so that its bias holds whatever friction leaves, and no residual shows it.
+#[test]
+fn joints_that_came_from_one_side_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, mut sorted) = session(folder.path(), (0.0, 0.0), 0);
+    sorted.poses.sort_by(|a, b| a.table.cmp(&b.table).then(a.position[0].total_cmp(&b.position[0])));
+    let solver = LevenbergMarquardt::default();
+    let result = estimate_jointly(&sorted, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
+    let told: Vec<&String> = result.notes.iter().filter(|note| note.contains("from the same side")).collect();
+    assert!(told.len() == 1 && told[0].starts_with("shoulder came to"), "{:?}", result.notes);
+}

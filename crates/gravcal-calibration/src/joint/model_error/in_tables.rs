@@ -6,8 +6,8 @@
 //! and how far joints bend, are unknowns as they are in recordings (`at_rest.rs`, `bending.rs`), and all is solved again. Compliance that residuals show by
 //! themselves is an unknown, too.
 //!
-//! Errors of a joint's readings are at least as large as what friction leaves on one side; the noise of a table is mostly found from its residuals, and
-//! holds both.
+//! The prior of what friction leaves at rest is as wide as the larger of what the test found and the noise of the joint's readings: that is mostly found
+//! from residuals, which hold the friction, too.
 
 use std::sync::Arc;
 
@@ -22,7 +22,8 @@ use crate::joint::order::Order;
 use crate::joint::solved::Solved;
 use crate::result::{ResidualTest, ResidualTestKind};
 
-/// A joint that came from one side to so large a share of its poses leaves its friction in its bias: chance does so in one of a thousand tables of 12 rows.
+/// A joint that came from one side to so large a share of its poses leaves its friction in its bias. Rows in random order do so in one of 360 tables of
+/// six rows (2/6!), and hardly ever in longer ones.
 const ONE_SIDED: f64 = 0.9;
 
 impl Solved {
@@ -43,29 +44,19 @@ impl Solved {
         if !looked_for || !of_tables {
             return Ok(None);
         }
-        let shows = |kind: ResidualTestKind| {
-            move |test: &&ResidualTest| test.named && test.spoils_intervals && test.kind == kind
+        let spoiling: Vec<&ResidualTest> = tests.iter().filter(|test| test.named && test.spoils_intervals).collect();
+        let friction = |joint: usize| {
+            let name = session.channel_name(joint);
+            let shown = spoiling.iter().find(|test| test.kind == ResidualTestKind::Direction && test.channel == name);
+            shown.map_or(0.0, |test| test.size.abs().max(self.error_of(session, joint)))
         };
-        let sizes = tests.iter().filter(shows(ResidualTestKind::Direction));
-        let errors: Vec<f64> = (0..session.joints.len())
-            .map(|joint| {
-                let name = session.channel_name(joint);
-                let shown = sizes.clone().find(|test| test.channel == name);
-                shown.map_or(0.0, |test| test.size.abs().max(self.error_of(session, joint)))
-            })
-            .collect();
+        let errors: Vec<f64> = (0..session.joints.len()).map(friction).collect();
         let sides = sides_at_rest(session).into();
         let with_friction = MeasurementSet { sides, ..readings.clone() }.with_friction_shown(session, &errors);
-        let gives_way = tests.iter().any(|test| shows(ResidualTestKind::Compliance)(&test));
-        if with_friction.is_none() && !gives_way {
-            return Ok(None);
-        }
-        let with = with_friction.unwrap_or_else(|| readings.clone());
-        let bending = match is_stiffness_unsaid(session) {
-            true => Some(Arc::new(Bending::as_built(session, self)?)),
-            false => None,
-        };
-        Ok(Some(MeasurementSet { bending, ..with }))
+        let gives_way = spoiling.iter().any(|test| test.kind == ResidualTestKind::Compliance);
+        let Some(with) = with_friction.or_else(|| gives_way.then(|| readings.clone())) else { return Ok(None) };
+        let bending = is_stiffness_unsaid(session).then(|| Bending::as_built(session, self)).transpose()?;
+        Ok(Some(MeasurementSet { bending: bending.map(Arc::new), ..with }))
     }
 
     /// Says which joints came to their poses from one side in tables that show no friction, as nothing would.
@@ -85,7 +76,7 @@ impl Solved {
         let by = if order.sides.is_empty() { "direction says" } else { "the order of the rows tells" };
         (!names.is_empty()).then(|| {
             format!(
-                "{} came to nine of ten poses from the same side, as {by}: if the arm has friction, their torque biases hold what is left of it at rest, and no residual \
+                "{} came to at least nine of ten poses from the same side, as {by}: if the arm has friction, their torque biases hold what is left of it at rest, and no residual \
                  shows it. Come to the same poses from both sides, and say from which (direction in [readings]).",
                 names.join(", ")
             )

@@ -15,38 +15,6 @@ const BEYOND_NOISE: f64 = 7.0;
 
 /// By pose and joint: 1 where the coordinate rose, −1 where it fell, 0 where it is not known. Empty where the session says it itself, or where an arm was
 /// followed while it moved.
-pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
-    let sides = moved_to(session);
-    // What always came from one side tells nothing.
-    let from = |joint: usize, side: f64| sides.iter().any(|pose| pose[joint] == side);
-    let joints = 0..session.joints.len();
-    let both: Vec<bool> = joints.map(|joint| from(joint, 1.0) && from(joint, -1.0)).collect();
-    let told =
-        |pose: Vec<f64>| pose.into_iter().zip(&both).map(|(side, both)| if *both { side } else { 0.0 }).collect();
-    sides.into_iter().map(told).collect()
-}
-
-/// The side from which a joint came that moved so far, and before from `side`. `noise`: by which a position reading may make it move, rad or m.
-fn side_after(moved: f64, noise: f64, side: f64) -> f64 {
-    match moved.abs() {
-        way if way > MOVED.max(noise) => moved.signum(),
-        way if way < STANDS.max(noise) || moved.signum() == side => side,
-        _ => 0.0,
-    }
-}
-
-/// The same for what friction leaves at rest: of joints of which the order tells nothing it is the same in all poses, as from below.
-pub fn sides_at_rest(session: &Session) -> Vec<Vec<f64>> {
-    let mut sides = sides_by_order(session);
-    for joint in 0..session.joints.len() {
-        if sides.iter().all(|pose| pose[joint] == 0.0) {
-            sides.iter_mut().for_each(|pose| pose[joint] = 1.0);
-        }
-    }
-    sides
-}
-
-/// The same with joints that always came from one side.
 pub fn moved_to(session: &Session) -> Vec<Vec<f64>> {
     let told = session.poses.iter().any(|pose| pose.conditions.direction.iter().any(|side| *side != 0.0));
     if told || !session.searched.is_empty() || session.has_windows() {
@@ -72,6 +40,37 @@ pub fn moved_to(session: &Session) -> Vec<Vec<f64>> {
         sides.push(own);
     }
     sides
+}
+
+/// The same without joints that always came from one side: of these the order tells nothing.
+pub fn sides_by_order(session: &Session) -> Vec<Vec<f64>> {
+    let sides = moved_to(session);
+    let from = |joint: usize, side: f64| sides.iter().any(|pose| pose[joint] == side);
+    let joints = 0..session.joints.len();
+    let both: Vec<bool> = joints.map(|joint| from(joint, 1.0) && from(joint, -1.0)).collect();
+    let told =
+        |pose: Vec<f64>| pose.into_iter().zip(&both).map(|(side, both)| if *both { side } else { 0.0 }).collect();
+    sides.into_iter().map(told).collect()
+}
+
+/// The same for what friction leaves at rest: of joints of which the order tells nothing it is the same in all poses, as from below.
+pub fn sides_at_rest(session: &Session) -> Vec<Vec<f64>> {
+    let mut sides = sides_by_order(session);
+    for joint in 0..session.joints.len() {
+        if sides.iter().all(|pose| pose[joint] == 0.0) {
+            sides.iter_mut().for_each(|pose| pose[joint] = 1.0);
+        }
+    }
+    sides
+}
+
+/// The side from which a joint came that moved so far, and before from `side`. `noise`: by which a position reading may make it move, rad or m.
+fn side_after(moved: f64, noise: f64, side: f64) -> f64 {
+    match moved.abs() {
+        way if way > MOVED.max(noise) => moved.signum(),
+        way if way < STANDS.max(noise) || moved.signum() == side => side,
+        _ => 0.0,
+    }
 }
 
 #[cfg(test)]

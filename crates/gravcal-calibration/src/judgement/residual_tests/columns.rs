@@ -68,7 +68,7 @@ pub struct Columns<'a> {
     /// By row, where the arm moves.
     predictions: Vec<f64>,
     /// By pose and joint, where the order of poses tells from which side joints came.
-    pub sides: Vec<Vec<f64>>,
+    sides: Vec<Vec<f64>>,
 }
 
 impl<'a> Columns<'a> {

@@ -29,7 +29,7 @@ const SURE: f64 = 0.1 * SIGNIFICANCE;
 /// More terms are not named: then the model as a whole is wrong. Terms that the fit has as unknowns are no error of it, that neighbours are alike
 /// names no term, and both may be so in every channel.
 const MOST_NAMED: usize = 8;
-/// Share of the longest column of a term that rounding makes of one that is zero: a thousand times more than it does.
+/// A column that is so small a share of the longest of its term is rounding: numbers are rounded to 1e-16 of theirs.
 const ROUNDING: f64 = 1e-10;
 /// Candidates of whose columns the fit's part is taken off at once.
 const TOGETHER: usize = 4;
@@ -369,7 +369,7 @@ impl Search<'_> {
 
 /// The same with zeros for columns that are but the rounding of numbers beside the longest: of a joint that is displaced along the axis before it,
 /// nothing is seen, and any size would do.
-fn without_rounding(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+pub fn without_rounding(mut columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let largest = columns.iter().map(|column| dot(column, column)).fold(0.0, f64::max);
     let short = columns.iter_mut().filter(|column| dot(column, column) < ROUNDING * ROUNDING * largest);
     short.for_each(|column| column.fill(0.0));

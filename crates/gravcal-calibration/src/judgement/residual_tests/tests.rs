@@ -15,6 +15,7 @@ use rand_pcg::Pcg64;
 
 use super::candidate::{Candidate, Tested, correct};
 use super::in_words;
+use super::search::without_rounding;
 use super::terms::{Elastic, Term};
 use crate::joint::sides_by_order;
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, TakenAsExact, Verdict};
@@ -199,6 +200,12 @@ fn joints_that_all_give_way_a_little_are_named_together() {
     assert!(only.channel == "all joints" && only.kind == ResidualTestKind::Compliance, "{only:?}");
     assert!((only.size / 1e-4 - 1.0).abs() < 0.6, "{only:?}");
     assert!(result.notes.iter().any(|note| note.contains("all joints give way")), "{:?}", result.notes);
+}
+
+#[test]
+fn a_column_that_is_but_rounding_has_no_size() {
+    let columns = vec![vec![1.0, -2.0], vec![3e-13, 1e-13], vec![1e-6, 0.0]];
+    assert_eq!(without_rounding(columns), [vec![1.0, -2.0], vec![0.0, 0.0], vec![1e-6, 0.0]]);
 }
 
 #[test]

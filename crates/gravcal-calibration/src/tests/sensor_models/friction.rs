@@ -2,15 +2,25 @@
 
 use gravcal_robot_model::sensors::Options;
 
-use crate::testing::sensor_models::{assert_distinguished, shoulder, undetermined, with_model};
+use crate::result::{ResidualTest, ResidualTestKind};
+use crate::testing::sensor_models::{
+    assert_distinguished, assert_found, estimate, shoulder, taken_as_affine, undetermined, with_model,
+};
 
 fn with(model: &str, truth: f64) -> gravcal_session::simulation::Simulation {
     with_model(shoulder(), 1, model, &Options::default(), &[truth])
 }
 
+/// A session that says from which side joints came, and nothing of friction, has it as an unknown all the same.
 #[test]
 fn coulomb_friction_is_distinguished_from_a_constant_bias() {
-    assert_distinguished(&with("coulomb-friction", 3.0));
+    let simulation = with("coulomb-friction", 3.0);
+    let unsaid = estimate(&taken_as_affine(&simulation.session(0)));
+    let friction = |test: &ResidualTest| {
+        test.kind == ResidualTestKind::Direction && test.channel == "joint2" && test.named && !test.spoils_intervals
+    };
+    assert!(unsaid.residual_tests.iter().any(friction), "{:?}", unsaid.notes);
+    assert_found(&simulation);
 }
 
 #[test]

@@ -9,7 +9,8 @@ use super::units::{of_coordinate, per_torque};
 use crate::joint::sides_by_order;
 use crate::judgement::residual_tests::columns::Columns;
 use crate::judgement::residual_tests::friction_curve;
-use crate::judgement::residual_tests::wording::{WIDENED, chance, formula, from_to, joint_of, shown, together};
+use crate::judgement::residual_tests::score::MATTERS;
+use crate::judgement::residual_tests::wording::{SMALL, WIDENED, chance, formula, from_to, joint_of, shown, together};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// Travel over which friction is taken to build up where that is looked for, rad or m: that of most gears.
@@ -197,6 +198,7 @@ pub fn of_direction(session: &Session, tests: &[&ResidualTest]) -> Option<String
     let unit = &tests.first()?.unit;
     let by_order = !sides_by_order(session).is_empty();
     let taken = if by_order { ", as the order of the rows tells it" } else { "" };
+    let seen = tests.iter().any(|test| test.in_noise >= MATTERS);
     let (consequence, cure) = match tests.iter().any(|test| test.spoils_intervals) {
         true if by_order => (
             WIDENED,
@@ -207,6 +209,7 @@ pub fn of_direction(session: &Session, tests: &[&ResidualTest]) -> Option<String
             WIDENED,
             "Estimate it (sensor_models = [{ kind = \"coulomb-friction\" }] in the joint's [[joint]]), and come to each pose from both sides.",
         ),
+        false if !seen => (SMALL, "To halve it, come to each pose from both sides."),
         false if by_order => (
             "It is an unknown of the estimate, and intervals allow for it.",
             "To halve it, come to each pose from both sides, and say from which (direction in [readings]): rows of one pose do not tell it.",
