@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 /// An arm with masses.
 pub struct Arm {
+    /// What the table calls it.
+    pub name: &'static str,
     /// What `robot` is in a simulation.
     pub robot: String,
     pub joints: Vec<String>,
@@ -15,11 +17,12 @@ pub struct Arm {
     pub load: f64,
 }
 
-/// File, base, tip, load in kg and names of the joints.
-type Urdf = (&'static str, &'static str, &'static str, f64, &'static [&'static str]);
+/// Name, file, base, tip, load in kg and names of the joints.
+type Urdf = (&'static str, &'static str, &'static str, &'static str, f64, &'static [&'static str]);
 
 const URDFS: [Urdf; 3] = [
     (
+        "iiwa",
         "iiwa14_no_collision_drake.urdf",
         "base",
         "iiwa_link_7",
@@ -35,6 +38,7 @@ const URDFS: [Urdf; 3] = [
         ],
     ),
     (
+        "ur10e",
         "ur10e_ros-industrial.urdf",
         "base_link_inertia",
         "wrist_3_link",
@@ -49,6 +53,7 @@ const URDFS: [Urdf; 3] = [
         ],
     ),
     (
+        "gen3",
         "kinova_gen3_7dof_v12.urdf",
         "base_link",
         "bracelet_link",
@@ -62,6 +67,7 @@ pub fn arms(in_motion: bool) -> Vec<Arm> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let own = here.join("../models/kuka-lbr-iiwa14/robot.toml");
     let own = Arm {
+        name: URDFS[0].0,
         robot: format!("{:?}", own.to_string_lossy()),
         joints: (1..=7).map(|joint| format!("joint{joint}")).collect(),
         urdf: None,
@@ -69,8 +75,9 @@ pub fn arms(in_motion: bool) -> Vec<Arm> {
         load: 5.0,
     };
     let shared = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(|| here.join("../../shared/data"), PathBuf::from);
-    let there = URDFS.iter().map(|urdf| (shared.join("urdf").join(urdf.0), urdf)).filter(|(path, _)| path.is_file());
-    let of_urdf = |(path, (_, base, tip, load, joints)): (PathBuf, &Urdf)| Arm {
+    let there = URDFS.iter().map(|urdf| (shared.join("urdf").join(urdf.1), urdf)).filter(|(path, _)| path.is_file());
+    let of_urdf = |(path, (name, _, base, tip, load, joints)): (PathBuf, &Urdf)| Arm {
+        name,
         robot: format!("{{ urdf = {:?}, base = {base:?}, tip = {tip:?} }}", path.to_string_lossy()),
         urdf: Some(path),
         joints: joints.iter().map(ToString::to_string).collect(),

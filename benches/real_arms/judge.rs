@@ -27,6 +27,8 @@ pub struct Reported {
 
 /// What a session comes to.
 pub struct Judged {
+    /// Its name.
+    pub arm: &'static str,
     pub exit: u8,
     pub reported: Vec<Reported>,
     /// Whether the report has the word that was looked for.
@@ -56,6 +58,7 @@ pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Op
     }
     Ok(match calibrated(&files[0]) {
         Ok(result) => Judged {
+            arm: arm.name,
             exit: match result.verdict {
                 Verdict::Determined => 0,
                 Verdict::PartlyDetermined => 3,
@@ -65,7 +68,8 @@ pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Op
             named: named.is_some_and(|word| has(&result, word)),
         },
         Err(refused) => {
-            Judged { exit: 2, reported: Vec::new(), named: named.is_some_and(|word| refused.contains(word)) }
+            let named = named.is_some_and(|word| refused.contains(word));
+            Judged { arm: arm.name, exit: 2, reported: Vec::new(), named }
         }
     })
 }

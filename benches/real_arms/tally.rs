@@ -10,7 +10,7 @@ use crate::line::Line;
 /// What the columns of a row are.
 pub fn heading() -> String {
     format!(
-        "{:10} {:>8} {:>8}  {:>15}  {:>13}  {:>5}  {:>6}  {:>5}  {:>15}  {:>28}  {:>9}",
+        "{:10} {:>8} {:>8}  {:>15}  {:>13}  {:>5}  {:>6}  {:>5}  {:>15}  {:>18}  {:>28}  {:>9}",
         "line",
         "friction",
         "sessions",
@@ -20,9 +20,10 @@ pub fn heading() -> String {
         "rms z",
         "max z",
         "exit 0: held, z",
+        "exit 0: biases z>3",
         "worst parameter, held",
         "median std"
-    ) + "  named"
+    ) + "  named, by arm"
 }
 
 /// One row.
@@ -46,7 +47,7 @@ pub fn row(line: Line, friction: f64, sessions: &[Judged]) -> String {
     // Parameters of one session are not independent: a session counts as a few of them.
     let noise = 100.0 * (0.05 * 0.95 / (sessions.len() as f64 * 5.0)).sqrt();
     format!(
-        "{:10} {friction:>8} {:>8}  {:>15}  {:>5.1} | {:>5.1}  {noise:>5.1}  {rms:>6.2}  {:>5.1}  {:>8.1}, {:>5.1}  {:>28}  {:>9.2e}  {:>5}",
+        "{:10} {friction:>8} {:>8}  {:>15}  {:>5.1} | {:>5.1}  {noise:>5.1}  {rms:>6.2}  {:>5.1}  {:>8.1}, {:>5.1}  {:>18}  {:>28}  {:>9.2e}  {}",
         line.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned()),
         sessions.len(),
         exits.join("/"),
@@ -55,10 +56,33 @@ pub fn row(line: Line, friction: f64, sessions: &[Judged]) -> String {
         largest(&mut all()),
         share(&relied_on),
         largest(&mut relied_on.iter().copied()),
+        far_biases(&relied_on),
         worst(all()),
         stds.get(stds.len() / 2).copied().unwrap_or(f64::NAN),
-        sessions.iter().filter(|session| session.named).count(),
+        named(sessions),
     )
+}
+
+/// How many biases are further than three standard deviations from the truth, of how many, and the largest.
+fn far_biases(relied_on: &[&Reported]) -> String {
+    let errors: Vec<f64> = relied_on
+        .iter()
+        .filter(|reported| reported.name.ends_with("_bias"))
+        .map(|reported| reported.error.abs())
+        .collect();
+    let far = errors.iter().filter(|error| **error > 3.0).count();
+    format!("{far} of {}, {:.1}", errors.len(), errors.iter().copied().fold(0.0, f64::max))
+}
+
+/// In how many sessions the word was found, of how many, for each arm.
+fn named(sessions: &[Judged]) -> String {
+    let mut arms: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
+    for session in sessions {
+        let [named, count] = arms.entry(session.arm).or_default();
+        *named += usize::from(session.named);
+        *count += 1;
+    }
+    arms.into_iter().map(|(arm, [named, count])| format!("{arm} {named}/{count}")).collect::<Vec<_>>().join(", ")
 }
 
 /// The parameter whose interval holds the truth least often.
