@@ -168,7 +168,7 @@ fn linearization(kind: &str, joints: usize) -> Result<(f64, usize), String> {
     let document = Document::of(path, text).map_err(|e| e.to_string())?;
     let mut simulation = Simulation::of(&document, &registry).map_err(|e| e.to_string())?;
     let tables = simulation.runs.len();
-    simulation.runs.iter_mut().for_each(|run| *run = Run::Random { poses: POSES / tables });
+    simulation.runs.iter_mut().for_each(|run| *run = Run::Random { poses: POSES / tables, moving: None });
     let session = simulation.session(0);
     let built = build_problem(&session, &select(&session, Signals::All), &State::nominal(&session))
         .map_err(|e| e.to_string())?;

@@ -32,7 +32,7 @@ impl SevenJoints {
         let mut simulation = Simulation::read(Path::new(SIMULATION)).map_err(|e| e.to_string())?;
         let tables = simulation.runs.len();
         for (table, run) in simulation.runs.iter_mut().enumerate() {
-            *run = Run::Random { poses: poses / tables + usize::from(table < poses % tables) };
+            *run = Run::Random { poses: poses / tables + usize::from(table < poses % tables), moving: None };
         }
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);

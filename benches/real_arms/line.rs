@@ -32,6 +32,8 @@ pub enum Line {
     OneWay,
     /// Every pose from both sides.
     Pairs,
+    /// From pose to pose one joint moves, and the others stand; 60 bare and 60 loaded poses.
+    OneMoves,
     /// Friction grows by 0.02 of the torque.
     Load,
     /// Nine bare and nine loaded poses.
@@ -85,6 +87,7 @@ impl Setting {
         let poses = match line {
             Line::Few => 9,
             Line::Pairs => 13,
+            Line::OneMoves => 60,
             _ => 25,
         };
         Setting { line, from, speed, friction, poses, samples: if line == Line::Long { 4 * DWELL } else { DWELL } }
@@ -136,8 +139,10 @@ impl Setting {
     }
 
     fn random_poses(&self) -> String {
-        let table =
-            |name: &str, load: &str| format!("[[random]]\nfile = \"{name}.csv\"\nposes = {}\n{load}", self.poses);
+        let moving = if self.line == Line::OneMoves { "moving = 1\n" } else { "" };
+        let table = |name: &str, load: &str| {
+            format!("[[random]]\nfile = \"{name}.csv\"\nposes = {}\n{moving}{load}", self.poses)
+        };
         table("bare", "") + &table("loaded", "load = \"weight\"\n")
     }
 

@@ -65,7 +65,7 @@ fn varied(simulation: &Simulation, trial: u64, kind: usize) -> Simulation {
     varied.template.tables.truncate(1);
     varied.template.load_distances.clear();
     varied.template.tables[0].load = None;
-    varied.runs = vec![Run::Random { poses: POSES }];
+    varied.runs = vec![Run::Random { poses: POSES, moving: None }];
     let rate = between(200.0, 2000.0);
     let samples = (rate * between(0.25, 1.5)).max(100.0);
     let root = samples.sqrt();

@@ -246,6 +246,12 @@ fn worded(concern: &Concern, from_scatter: bool) -> Worded {
                 "Read the notes on these residuals (report.html, or --full): each says what the model lacks and how to mend it.".into(),
             ],
         },
+        Concern::OneSidedApproach { joints } => Worded {
+            what: format!("{} came to their poses from one side, so that their torque biases hold what friction leaves at rest, if there is any", joints.join(", ")),
+            steps: vec![
+                "Come to the same poses from both sides, and say from which (direction in [readings]); without friction all is well.".into(),
+            ],
+        },
         Concern::FarPositionGain { parameter, ratio } => far_gain(split_name(parameter).0, parameter, *ratio),
     }
 }
@@ -353,6 +359,15 @@ mod tests {
              a.position_offset by 5.0 if each joint were 1 mm aside; gravity by 4.0 if each joint were 1 mm aside; \
              a.torque_bias by 2.5 if each joint were 1 mm aside; and 1 more."
         );
+    }
+
+    #[test]
+    fn joints_that_came_from_one_side_are_a_concern() {
+        let one_sided = Concern::OneSidedApproach { joints: vec!["shoulder".into(), "elbow".into()] };
+        let advice = Advice::of(&with(vec![one_sided]), FILE);
+        assert_eq!(advice.level, Level::Care);
+        assert!(advice.why.contains("shoulder, elbow came to their poses from one side"), "{}", advice.why);
+        assert!(advice.steps.iter().any(|step| step.contains("direction in [readings]")), "{:?}", advice.steps);
     }
 
     #[test]

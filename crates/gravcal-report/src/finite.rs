@@ -106,7 +106,7 @@ fn of_concern(concern: &Concern) -> Vec<Number> {
         Concern::Misfit { times_noise } | Concern::NoiseStatedTooLarge { times_noise } => {
             each("residuals over the stated noise", [times_noise])
         }
-        Concern::ResidualShape { tests: _ } => Vec::new(),
+        Concern::ResidualShape { tests: _ } | Concern::OneSidedApproach { joints: _ } => Vec::new(),
         Concern::FarPositionGain { parameter, ratio } => each(&format!("{parameter} over its nominal value"), [ratio]),
     }
 }

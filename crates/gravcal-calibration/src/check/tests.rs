@@ -87,7 +87,7 @@ fn recorded(mut session: Session, runs: Vec<(Option<usize>, Run)>) -> Session {
 }
 
 fn random(load: Option<usize>) -> (Option<usize>, Run) {
-    (load, Run::Random { poses: 40 })
+    (load, Run::Random { poses: 40, moving: None })
 }
 
 fn sweep(swept: usize, reach: f64, held: &[f64]) -> (Option<usize>, Run) {
@@ -345,7 +345,7 @@ fn the_sign_of_gravity_is_open_until_stated_or_determined_by_a_load() {
 fn thinning_keeps_what_the_poses_say() {
     let session = recorded(
         with_loads(arm(&FOUR, TILTED), true),
-        [None, Some(0), Some(1)].map(|load| (load, Run::Random { poses: 400 })).to_vec(),
+        [None, Some(0), Some(1)].map(|load| (load, Run::Random { poses: 400, moving: None })).to_vec(),
     );
     let now = Hypothetical::now(&session).unwrap();
     let (all, part) = (now.judge().unwrap(), now.clone().thinned().judge().unwrap());

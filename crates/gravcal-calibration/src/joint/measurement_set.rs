@@ -11,6 +11,7 @@ use gravcal_robot_model::session::{
 };
 
 use crate::joint::order::Order;
+use crate::joint::stays::Lasting;
 
 /// Which readings enter, and how uncertain they are.
 #[derive(Clone, Debug)]
@@ -27,6 +28,8 @@ pub struct MeasurementSet {
     pub at_rest: Vec<f64>,
     /// By pose and joint, from which side it came to rest there, where the order of rows tells it (`sides_by_order.rs`); empty where the session says it.
     pub(super) sides: Arc<[Vec<f64>]>,
+    /// Errors that last as long as a joint stands; nothing where there are none, or as long as they are not looked for (`model_error/lasting.rs`).
+    pub(super) lasting: Option<Lasting>,
     /// How far joints may bend, and under which torques; nothing as long as that is not looked for.
     pub(super) bending: Option<Arc<Bending>>,
     /// What displacements of joints do to them; nothing where there are none, or as long as that is not known.
@@ -68,7 +71,7 @@ impl MeasurementSet {
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
         let (unexplained, loss, order) = (stated(session), session.loss, Order::Together);
-        let (at_rest, sides, bending, displaced) = (Vec::new(), Arc::default(), None, None);
+        let (at_rest, sides, lasting, bending, displaced) = (Vec::new(), Arc::default(), None, None, None);
         let readings = MeasurementSet {
             used,
             spreads,
@@ -76,6 +79,7 @@ impl MeasurementSet {
             unexplained,
             at_rest,
             sides,
+            lasting,
             bending,
             displaced,
             floor,
@@ -228,7 +232,7 @@ impl MeasurementSet {
     /// Standard deviation of one reading, unexplained errors included, unit of the reading.
     pub fn std(&self, session: &Session, id: ReadingId) -> f64 {
         let own = self.own_std(session, id);
-        let unexplained = self.unexplained[id.channel] + self.of_unknown_side(session, id);
+        let unexplained = self.unexplained[id.channel] + self.of_unknown_side(session, id) + self.lasting_alone(id);
         let std = if unexplained > 0.0 { (own * own + unexplained).sqrt() } else { own };
         std.max(self.floor[id.channel])
     }

@@ -234,7 +234,8 @@ fn answer_as_modelled(
         residual_tests(session, &solved, &judgement, (&origin, pose_errors.is_some()), wanted)?;
     let LeftToSettle { moved: by_settling, told: settles } = solved.left_to_settle(session)?;
     let (by_speed, uneven) = solved.moved_by_uneven_sweeps(session)?;
-    let moved = [moved, solved.moved_by_friction_of_load(session), by_settling, by_speed].concat();
+    let (by_load, hidden) = (solved.moved_by_friction_of_load(session), solved.moved_by_hidden_friction(session));
+    let moved = [moved, by_load, hidden, by_settling, by_speed].concat();
     let solved = solved.widened_by_missing_terms(&moved);
     let answer = Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))?;
     Ok(Answer { taken_as_exact, settles, uneven, mistakes: LookedForMistakes { doubtful, found: mistake }, ..answer })

@@ -15,6 +15,7 @@ mod select;
 mod solved;
 mod solving;
 mod starting;
+mod stays;
 mod variables;
 
 pub use building::build::build_problem;

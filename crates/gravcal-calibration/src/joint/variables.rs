@@ -36,6 +36,8 @@ pub struct VariableIndex {
     pub static_friction: Option<StaticFriction>,
     /// What friction leaves at rest, where it is an unknown; unit of the torque reading.
     pub at_rest: Option<OfJoints>,
+    /// By stay of a joint that several readings share, the error that lasts through it, where that is an unknown; unit of the torque reading.
+    pub lasting: Vec<Option<BlockId>>,
     /// How far joints bend under their torque, where that is an unknown; rad/(N·m).
     pub bending: Option<OfJoints>,
     /// How far joints sit from where the robot's description has them, where that is an unknown.

@@ -22,6 +22,11 @@ pub enum Concern {
         /// Channel and kind of each test: `joint2 (trend)`.
         tests: Vec<String>,
     },
+    /// Joints came to their poses from one side: if they have friction, their torque biases hold it, and no residual shows it.
+    OneSidedApproach {
+        /// Their names.
+        joints: Vec<String>,
+    },
     /// A position gain came out so many times its nominal value.
     FarPositionGain {
         /// `joint2.position_gain`.

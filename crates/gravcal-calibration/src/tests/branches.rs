@@ -108,7 +108,7 @@ fn simulation(seed: u64, build: Build, runs: impl Fn(usize) -> Vec<Run>) -> Simu
 }
 
 fn random_poses(_: usize) -> Vec<Run> {
-    vec![Run::Random { poses: 50 }]
+    vec![Run::Random { poses: 50, moving: None }]
 }
 
 /// Each joint swept where the others stand in one way and in another.

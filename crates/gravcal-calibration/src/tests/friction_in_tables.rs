@@ -8,9 +8,12 @@ use gravcal_robot_model::session::Session;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly, sides_by_order};
-use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind};
+use crate::result::{Concern, EstimatorResult, ResidualTest, ResidualTestKind};
 use crate::testing::TWO_JOINTS;
 
 const SIMULATION: &str = r#"
@@ -40,6 +43,9 @@ file = "loaded.csv"
 poses = 30
 load = "plate"
 "#;
+
+/// So many joints move from one pose to the next.
+const MOVING: &str = "poses = 30\nmoving = 1";
 
 /// What friction leaves at rest, on the side from which a joint came, N·m; give or take a third of it.
 const FRICTION: f64 = 0.01;
@@ -124,5 +130,66 @@ fn joints_that_came_from_one_side_are_told() {
     let solver = LevenbergMarquardt::default();
     let result = estimate_jointly(&sorted, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
     let told: Vec<&String> = result.notes.iter().filter(|note| note.contains("from the same side")).collect();
-    assert!(told.len() == 1 && told[0].starts_with("shoulder came to"), "{:?}", result.notes);
+    assert!(told.len() == 1 && told[0].contains("tells: shoulder (±"), "{:?}", result.notes);
+}
+
+/// A table of the shoulder rising to each of its poses, with and without friction: nothing but its bias differs.
+#[test]
+fn biases_allow_for_friction_that_no_residual_shows() {
+    let bias = |friction: f64| {
+        let folder = tempfile::tempdir().unwrap();
+        let (simulation, mut sorted) = session(folder.path(), (0.0, 0.0), 0);
+        sorted.poses.sort_by(|a, b| a.table.cmp(&b.table).then(a.position[0].total_cmp(&b.position[0])));
+        sorted.poses.iter_mut().for_each(|pose| pose.torque[0].as_mut().unwrap().value += friction);
+        let solver = LevenbergMarquardt::default();
+        let result = estimate_jointly(&sorted, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
+        assert_eq!(result.concerns, [Concern::OneSidedApproach { joints: vec!["shoulder".into()] }]);
+        let found = result.parameter("shoulder.torque_bias").unwrap();
+        (found.value.unwrap() - simulation.truth.sensors[0][1], found.std.unwrap())
+    };
+    let [(off, std), (off_with, std_with)] = [0.0, 0.0015].map(bias);
+    assert!((off_with - off - 0.0015).abs() < 1e-6 && (std_with / std - 1.0).abs() < 1e-6);
+    // Twice the noise of a reading, of 0.001.
+    assert!((std / 0.002 - 1.0).abs() < 0.3 && off.abs() < std, "{off} {std}");
+}
+
+/// One joint moves at a time: friction that stays in the other is one error, in however many rows.
+#[test]
+fn friction_that_stays_while_a_joint_stands_is_one_error() {
+    let (mut squares, mut sizes) = (Vec::new(), Vec::new());
+    for trial in 0..8 {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("robot.toml"), TWO_JOINTS).unwrap();
+        let text = SIMULATION.replace("COMPLIANCE", "0").replace("poses = 30", MOVING);
+        fs::write(folder.path().join("simulation.toml"), text).unwrap();
+        let simulation = Simulation::read(&folder.path().join("simulation.toml")).unwrap();
+        let files = write_session(&simulation, trial, folder.path(), true).unwrap();
+        let mut session = read_session(&files[0]).unwrap();
+        let mut random = Pcg64::seed_from_u64(trial);
+        let mut left = [0.0; 2];
+        for place in 0..session.poses.len() {
+            for (joint, left) in left.iter_mut().enumerate() {
+                let here = &session.poses[place];
+                let before = place.checked_sub(1).map(|before| &session.poses[before]);
+                let stands = before.is_some_and(|before| before.position[joint] == here.position[joint]);
+                if !stands || before.is_some_and(|before| before.table != here.table) {
+                    *left = FRICTION * random.sample::<f64, _>(StandardNormal);
+                }
+                let reading = session.poses[place].torque[joint].as_mut().unwrap();
+                reading.value += *left;
+                reading.std = None;
+            }
+        }
+        let solver = LevenbergMarquardt::default();
+        let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
+        assert!(!result.residual_tests.iter().any(|test| test.spoils_intervals), "{:?}", result.notes);
+        let note = result.notes.iter().find(|note| note.starts_with("Errors stay the same from row to row")).unwrap();
+        let size = note.split("shoulder ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
+        sizes.push(size.parse::<f64>().unwrap());
+        squares.extend(errors(&simulation, &result).iter().map(|error| error * error));
+    }
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!(rms > 0.7 && rms < 1.2, "{rms}");
+    // Some 15 stays a table of each joint tell it: to 13 %.
+    assert!(sizes.iter().all(|size| (size / FRICTION - 1.0).abs() < 0.5), "{sizes:?}");
 }

@@ -54,6 +54,16 @@ pub struct Shifted {
 impl Shifted {
     /// `length`: how many numbers store a block; `shifted`: to what the components of `shift` are added, one after the other.
     pub fn new(inner: Arc<dyn Residual>, length: impl Fn(BlockId) -> usize, shifted: &[Shift], shift: BlockId) -> Self {
+        Shifted::by_blocks(inner, length, shifted, &[shift])
+    }
+
+    /// The same where the components stand in several blocks, one behind the other.
+    pub fn by_blocks(
+        inner: Arc<dyn Residual>,
+        length: impl Fn(BlockId) -> usize,
+        shifted: &[Shift],
+        shifts: &[BlockId],
+    ) -> Self {
         let mut starts = vec![0];
         inner.blocks().iter().for_each(|id| starts.push(starts[starts.len() - 1] + length(*id)));
         let width = starts[starts.len() - 1];
@@ -61,9 +71,9 @@ impl Shifted {
             Some(starts[inner.blocks().iter().position(|id| id == block)?] + entry)
         };
         let shifted: Vec<(Option<usize>, f64)> = shifted.iter().map(|shift| (column(shift), shift.scale)).collect();
-        let shifts = width..width + shifted.len();
-        let patterns = (0..inner.len()).map(|row| extended(inner.row_pattern(row), width, shifts.clone())).collect();
-        let blocks = inner.blocks().iter().copied().chain([shift]).collect();
+        let columns = width..width + shifted.len();
+        let patterns = (0..inner.len()).map(|row| extended(inner.row_pattern(row), width, columns.clone())).collect();
+        let blocks = inner.blocks().iter().chain(shifts).copied().collect();
         Shifted { inner, blocks, starts, shifted, patterns }
     }
 

@@ -59,14 +59,31 @@ pub(super) fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> 
                 })
                 .collect()
         }
-        Run::Random { poses } => (0..*poses)
-            .map(|_| Stand {
-                position: (0..joints).map(|joint| random_position(simulation, joint, random)).collect(),
-                deflection: hold(random).into_iter().map(|hold| hold + of_pose(random)).collect(),
-                swept: None,
-            })
-            .collect(),
+        Run::Random { poses, moving } => {
+            let mut before: Option<Vec<f64>> = None;
+            (0..*poses)
+                .map(|_| {
+                    let position = match (moving, before.take()) {
+                        (Some(moving), Some(before)) => moved(simulation, before, *moving, random),
+                        _ => (0..joints).map(|joint| random_position(simulation, joint, random)).collect(),
+                    };
+                    before = Some(position.clone());
+                    let deflection = hold(random).into_iter().map(|hold| hold + of_pose(random)).collect();
+                    Stand { position, deflection, swept: None }
+                })
+                .collect()
+        }
     }
+}
+
+/// The next readings where so many joints move on, and the others stand.
+fn moved(simulation: &Simulation, mut position: Vec<f64>, moving: usize, random: &mut Pcg64) -> Vec<f64> {
+    let mut standing: Vec<usize> = (0..position.len()).collect();
+    for _ in 0..moving.min(position.len()) {
+        let joint = standing.swap_remove(random.random_range(0..standing.len()));
+        position[joint] = random_position(simulation, joint, random);
+    }
+    position
 }
 
 /// A reading at which the joint is anywhere within its limits (a whole turn where it has none), but for what its sensor

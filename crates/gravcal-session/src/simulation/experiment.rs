@@ -63,6 +63,8 @@ pub enum Run {
     Random {
         /// Number of poses.
         poses: usize,
+        /// How many joints, drawn anew, move from one pose to the next while the others stand; nothing where all do.
+        moving: Option<usize>,
     },
 }
 
@@ -70,7 +72,7 @@ impl Run {
     /// Number of poses.
     pub fn poses(&self) -> usize {
         match self {
-            Run::Sweep { poses, .. } | Run::Random { poses } => *poses,
+            Run::Sweep { poses, .. } | Run::Random { poses, .. } => *poses,
         }
     }
 }

@@ -152,6 +152,29 @@ poses = 60
         assert!(truth.contains("name = \"elbow.torque_crosstalk_shoulder\"\nvalue = 0.05"), "{truth}");
     }
 
+    #[test]
+    fn where_one_joint_moves_the_other_stands() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("robot.toml"), TWO_JOINTS).unwrap();
+        let drawn = |moving: &str| {
+            let text = SIMULATION.replace("poses = 60", &format!("poses = 60\n{moving}"));
+            fs::write(folder.path().join("simulation.toml"), text).unwrap();
+            let session = Simulation::read(&folder.path().join("simulation.toml")).unwrap().session(0);
+            session.poses.iter().map(|pose| pose.position.clone()).collect::<Vec<_>>()
+        };
+        let moved = |positions: &[Vec<f64>]| -> Vec<usize> {
+            positions.windows(2).map(|two| two[0].iter().zip(&two[1]).filter(|(a, b)| a != b).count()).collect()
+        };
+        let one = drawn("moving = 1");
+        assert_eq!(moved(&one), [1; 59]);
+        let of_first = one.windows(2).filter(|two| two[0][0] != two[1][0]).count();
+        assert!((15..45).contains(&of_first), "either moves about as often: {of_first} of 59");
+        assert_eq!(moved(&drawn("moving = 2")), [2; 59]);
+        assert_eq!(moved(&drawn("")), [2; 59]);
+        let message = refused("poses = 60", "poses = 60\nmoving = 3");
+        assert!(message.contains("random[0].moving: expected 1 to 2 joints that move"), "{message}");
+    }
+
     fn refused(from: &str, to: &str) -> String {
         assert!(SIMULATION.contains(from), "{from}");
         let folder = tempfile::tempdir().unwrap();

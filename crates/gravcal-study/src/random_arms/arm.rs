@@ -61,7 +61,7 @@ pub(crate) fn arm(seed: u64, index: u64, knowing: Knowing) -> Result<Simulation,
         ..State::nominal(&template)
     };
     let disturbance = Disturbance::noise(vec![NOISE; joints]);
-    let runs = POSES.map(|poses| Run::Random { poses }).into();
+    let runs = POSES.map(|poses| Run::Random { poses, moving: None }).into();
     Ok(Simulation::new(template, truth, runs, disturbance, random.random()))
 }
 

@@ -51,6 +51,6 @@ pub fn simulation() -> Result<Simulation, ChainError> {
     let mut truth = State::nominal(&template);
     truth.sensors[1] = [1.08, 0.7, 1.0, 0.0];
     truth.loads = vec![[0.1, 0.05, 0.0]];
-    let runs = vec![Run::Random { poses: 30 }; 2];
+    let runs = vec![Run::Random { poses: 30, moving: None }; 2];
     Ok(Simulation::new(template, truth, runs, Disturbance::noise(vec![STD; 3]), 1))
 }

@@ -13,6 +13,7 @@ use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::model_error::at_rest;
 use crate::joint::model_error::bending;
+use crate::joint::model_error::lasting;
 use crate::joint::problem::JointProblem;
 use crate::joint::variables::{State, VariableIndex, WithPayload};
 
@@ -35,10 +36,11 @@ pub(in crate::joint) fn add_unknown_blocks(
     let position_unknowns = add_unknowns(session, readings, start, builder);
     let static_friction = static_friction::add_unknown(session, start, builder);
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
+    let lasting = lasting::add_unknowns(session, readings, builder);
     let bending = bending::add_unknown(session, readings, start, builder);
     let lengths = lengths::add_unknown(session, readings, start, builder);
     let axes = axes::add_unknown(session, readings, start, builder);
-    VariableIndex { position_unknowns, static_friction, at_rest, bending, lengths, axes, ..variables }
+    VariableIndex { position_unknowns, static_friction, at_rest, lasting, bending, lengths, axes, ..variables }
 }
 
 pub(in crate::joint) fn add_blocks(
@@ -104,6 +106,7 @@ pub(in crate::joint) fn add_blocks(
         position_unknowns: Vec::new(),
         static_friction: None,
         at_rest: None,
+        lasting: Vec::new(),
         bending: None,
         lengths: None,
         axes: None,

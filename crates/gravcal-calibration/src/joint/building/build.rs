@@ -110,6 +110,9 @@ fn add_parameter_priors(
     for displaced in variables.lengths.iter().chain(&variables.axes) {
         displaced.add_prior(builder)?;
     }
+    for (std, block) in readings.lasting_unknowns(session, variables) {
+        add_prior(builder, block, vec![0.0], &[std])?;
+    }
     let of_sides = variables.static_friction.iter().map(|friction| &friction.to_side);
     let of_sweeps = variables.static_friction.iter().flat_map(|friction| &friction.sweeps).map(|(_, unknown)| unknown);
     for unknown in of_sides.chain(of_sweeps).chain(&variables.at_rest).chain(&variables.bending) {

@@ -54,6 +54,10 @@ pub(in crate::joint) fn add_readings(
             Some(at_rest) => at_rest::around((session, readings), (variables, &stored), at_rest, pose, residual),
             None => residual,
         };
+        let residual = match &readings.lasting {
+            Some(lasting) => lasting.around((variables, &stored), pose, residual),
+            None => residual,
+        };
         let residual = match (&variables.bending, &readings.bending) {
             (Some(unknown), Some(bending)) => bending.around((variables, &stored), unknown, pose, residual),
             _ => residual,

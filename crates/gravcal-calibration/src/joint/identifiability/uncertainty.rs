@@ -157,7 +157,7 @@ impl Solved {
         (self.readings().noise_found(session) && self.freedom() > 0).then_some(self.freedom() as f64)
     }
 
-    fn freedom(&self) -> usize {
+    pub(in crate::joint) fn freedom(&self) -> usize {
         self.judged_problem().rows().saturating_sub(self.analysis.rank())
     }
 

@@ -35,9 +35,9 @@ use crate::joint::variables::{OfJoints, State, VariableIndex};
 /// Fewest standstills of known direction that say so.
 const LEAST: usize = 5;
 /// Mean of what is left at rest, over its spread, at most.
-const LEAN: f64 = 2.0;
+pub(super) const LEAN: f64 = 2.0;
 /// Errors vary so many standard deviations by chance.
-const CHANCE: f64 = 3.0;
+pub(super) const CHANCE: f64 = 3.0;
 /// By what share a standard deviation grows that is worth a remark.
 const REMARKABLE: f64 = 0.5;
 /// Share of its prior's information that readings give of a number whose size they tell.
@@ -89,8 +89,13 @@ impl MeasurementSet {
         self.unexplained[channel] > CHANCE * (2.0 / count).sqrt() * sum / count
     }
 
-    /// Variance of what friction leaves in a reading of which nobody knows from which side its joint came.
+    /// Variance of what friction leaves in a reading of which nobody knows from which side its joint came, where no other reading has the same.
     pub(in crate::joint) fn of_unknown_side(&self, session: &Session, id: ReadingId) -> f64 {
+        if self.lasts_with_others(id) { 0.0 } else { self.variance_of_unknown_side(session, id) }
+    }
+
+    /// The same of one that it shares with others for as long as its joint stands, too.
+    pub(in crate::joint) fn variance_of_unknown_side(&self, session: &Session, id: ReadingId) -> f64 {
         let std = self.at_rest.get(id.channel).copied().unwrap_or(0.0);
         if std > 0.0 && self.side(session, id) == Some(0.0) { std * std } else { 0.0 }
     }

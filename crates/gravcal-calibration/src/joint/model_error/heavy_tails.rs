@@ -36,7 +36,9 @@ impl Solved {
         let (usual, found) = (self.median_noise(session, &rows), session.noise_estimated());
         let (mut channels, mut far) = (Vec::new(), Vec::new());
         for channel in (0..session.channel_count()).filter(|channel| found[*channel]) {
-            let known = |id: &ReadingId| self.readings().of_unknown_side(session, *id) == 0.0;
+            let readings = self.readings();
+            let known =
+                |id: &ReadingId| readings.of_unknown_side(session, *id) == 0.0 && readings.lasting_alone(*id) == 0.0;
             let own = || {
                 self.built.rows.iter().zip(&rows).filter(|(id, _)| id.channel == channel).filter(|(id, _)| known(id))
             };

@@ -10,6 +10,7 @@ mod farthest_from_earlier;
 pub(super) mod friction_by_load;
 pub(super) mod heavy_tails;
 pub(super) mod in_tables;
+pub(super) mod lasting;
 pub(super) mod pose_errors;
 pub(super) mod settling;
 mod shifted_readings;

@@ -64,6 +64,15 @@ pub fn sides_at_rest(session: &Session) -> Vec<Vec<f64>> {
     sides
 }
 
+/// Whether a joint stands from one pose to another of the same table.
+pub fn stands_still(session: &Session, joint: usize, [one, other]: [usize; 2]) -> bool {
+    let [one, other] = [one, other].map(|pose| &session.poses[pose]);
+    let gain = session.joints[joint].of(SensorParameter::PositionGain).nominal;
+    let noise = session.deflection.reading_std.get(joint).map_or(0.0, |std| BEYOND_NOISE * std);
+    let moved = (other.position[joint] - one.position[joint]).abs();
+    one.table == other.table && moved * gain.abs() < STANDS.max(noise * gain.abs())
+}
+
 /// The side from which a joint came that moved so far, and before from `side`. `noise`: by which a position reading may make it move, rad or m.
 fn side_after(moved: f64, noise: f64, side: f64) -> f64 {
     match moved.abs() {

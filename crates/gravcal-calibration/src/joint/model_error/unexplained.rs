@@ -31,7 +31,7 @@ impl MeasurementSet {
         if !found {
             return readings;
         }
-        MeasurementSet { unexplained: stated(session), ..readings }.roughly(session)
+        MeasurementSet { unexplained: stated(session), lasting: None, ..readings }.roughly(session)
     }
 
     /// Whether errors that the noise does not explain were found in any channel.
@@ -60,7 +60,7 @@ impl MeasurementSet {
 
     /// Whether the size of any errors comes from the residuals.
     pub(crate) fn noise_found(&self, session: &Session) -> bool {
-        session.noise_estimated().contains(&true) || self.unexplained_found(session)
+        session.noise_estimated().contains(&true) || self.unexplained_found(session) || self.lasting.is_some()
     }
 }
 
@@ -86,7 +86,10 @@ impl Solved {
         let mut by_channel = vec![Vec::new(); session.channel_count()];
         for (id, row) in self.built.rows.iter().zip(rows) {
             let residual = row.whitened * self.readings().std(session, *id);
-            let noise = self.readings().own_std(session, *id).powi(2) + self.readings().of_unknown_side(session, *id);
+            let readings = self.readings();
+            let noise = readings.own_std(session, *id).powi(2)
+                + readings.of_unknown_side(session, *id)
+                + readings.lasting_alone(*id);
             by_channel[id.channel].push(ErrorRow {
                 noise,
                 squared: residual * residual,

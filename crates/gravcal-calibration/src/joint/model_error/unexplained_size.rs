@@ -71,7 +71,7 @@ impl Solved {
         let references = references(session, &gravity);
         let size = |(channel, error): (usize, &UnexplainedError)| {
             let noise = noise[channel].filter(|_| *error != UnexplainedError::Absent)?;
-            let std = self.readings().unexplained[channel].sqrt();
+            let std = (self.readings().unexplained[channel] + self.readings().lasting_variance(channel)).sqrt();
             let reference = references[channel];
             Some(UnexplainedResult {
                 std,
@@ -93,7 +93,8 @@ impl Solved {
         let gravity = self.gravity_std(session)?;
         let references = references(session, &gravity);
         let of_channel = |channel: usize| {
-            let (std, reference) = (noise[channel].filter(|_| found[channel])?, references[channel]);
+            let (noise, reference) = (noise[channel].filter(|_| found[channel])?, references[channel]);
+            let std = noise.hypot(self.readings().lasting_variance(channel).sqrt());
             let beside = BesideGravity { std, gravity_std: gravity[channel], share: std / reference };
             (reference > 0.0).then_some(beside)
         };

@@ -63,6 +63,7 @@ impl Answer {
         self.remark_on_residuals(session, &mut findings);
         self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.biases_that_may_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
+        self.solved.errors_that_last(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
         let displaced = [self.solved.lengths_found(session), self.solved.tilts_found(session)];

@@ -21,7 +21,7 @@ use crate::judgement::{
     Asked, DeterminedMoment, Judgement, concerns, deflections, determined_moments, held, keep_determined, loss,
     outliers, position_errors, weak_combinations,
 };
-use crate::result::{CovarianceResult, Detail, EstimatorResult, Fit, Iteration, SensorModelTest, Verdict};
+use crate::result::{Concern, CovarianceResult, Detail, EstimatorResult, Fit, Iteration, SensorModelTest, Verdict};
 
 /// Tells a conclusion in words and numbers.
 pub(in crate::joint) fn report(
@@ -51,7 +51,13 @@ pub(in crate::joint) fn report(
         ..with_solution(session, &answer, blank)?
     };
     result.notes = [reasons, remarks, of_model, notes(session, &answer.solved, &result)?].concat();
+    let from_one_side = match verdict {
+        Verdict::Failed => Vec::new(),
+        Verdict::Determined | Verdict::PartlyDetermined => answer.solved.joints_from_one_side(session),
+    };
+    let from_one_side: Vec<String> = from_one_side.into_iter().map(|joint| session.channel_name(joint)).collect();
     result.concerns = concerns(&result);
+    result.concerns.extend((!from_one_side.is_empty()).then_some(Concern::OneSidedApproach { joints: from_one_side }));
     if verdict == Verdict::Failed || answer.solved.freedom_of_noise(session).is_some() {
         withdraw_all_but_parameters(&mut result);
     }

@@ -56,15 +56,25 @@ impl Solved {
             let count = groups.iter().flatten().collect::<BTreeSet<&usize>>().len() as f64;
             return Ok(NoisesFound { count, of_channels: vec![None; groups.len()] });
         }
-        let found = self.noise_by_squares(session, &self.row_residuals()?);
+        let rows = self.row_residuals()?;
+        let found = self.noise_by_squares(session, &rows);
         let found: Vec<Option<ChannelNoise>> =
             found.into_iter().zip(&groups).map(|(found, group)| found.filter(|_| group.is_some())).collect();
         let mut members: BTreeMap<usize, Vec<ChannelNoise>> = BTreeMap::new();
         for (found, group) in found.iter().zip(groups) {
             group.into_iter().for_each(|group| members.entry(group).or_default().extend(found));
         }
-        let count = members.values().map(|members| noises_of(members)).sum();
-        Ok(NoisesFound { count, of_channels: found.into_iter().map(|found| Some(found?.freedom)).collect() })
+        let count: f64 = members.values().map(|members| noises_of(members)).sum();
+        let mut of_channels: Vec<Option<f64>> = found.into_iter().map(|found| Some(found?.freedom)).collect();
+        // Errors that last are told by fewer numbers than the noise, and are larger.
+        let lasting = self.lasting_found(session, &rows);
+        for (channel, lasting) in of_channels.iter_mut().zip(&lasting) {
+            *channel =
+                lasting.map_or(*channel, |own| Some(channel.map_or(own.freedom, |other| other.min(own.freedom))));
+        }
+        let fewest = lasting.iter().flatten().map(|own| own.freedom).reduce(f64::min);
+        let count = fewest.map_or(count, |fewest| count.max(self.freedom() as f64 / fewest));
+        Ok(NoisesFound { count, of_channels })
     }
 
     fn noise_by_squares(&self, session: &Session, rows: &[RowResidual]) -> Vec<Option<ChannelNoise>> {
@@ -90,13 +100,16 @@ impl Solved {
         Ok(rows.filter(|(id, _)| stated[id.channel]).map(|(id, row)| (id.channel, row)).collect())
     }
 
-    /// Of all readings but those that friction may have moved to either side: these tell nothing of the noise.
+    /// Of all readings but those that friction may have moved to either side, or holds by themselves: these tell nothing of the noise.
     fn reading_residuals(&self, session: &Session, rows: &[RowResidual]) -> Vec<ReadingResidual> {
         let of = |(id, row): (&ReadingId, &RowResidual)| {
             let std = self.readings().std(session, *id);
             ReadingResidual { channel: id.channel, std, row: *row }
         };
-        let tells = |(id, _): &(&ReadingId, &RowResidual)| self.readings().of_unknown_side(session, **id) == 0.0;
+        let readings = self.readings();
+        let tells = |(id, _): &(&ReadingId, &RowResidual)| {
+            readings.of_unknown_side(session, **id) == 0.0 && readings.lasting_alone(**id) == 0.0
+        };
         self.built.rows.iter().zip(rows).filter(tells).map(of).collect()
     }
 
@@ -109,8 +122,14 @@ impl Solved {
             true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
             false => 0.0,
         };
-        let readings = self.reading_residuals(session, &self.row_residuals()?);
-        Ok(self.least_cost() + readings.into_iter().map(size).sum::<f64>())
+        let rows = self.row_residuals()?;
+        let of_readings: f64 = self.reading_residuals(session, &rows).into_iter().map(size).sum();
+        let of_lasting: f64 = self
+            .lasting_errors(session, &rows)
+            .into_iter()
+            .map(|error| error.freedom * (error.std / unit[error.joint]).ln())
+            .sum();
+        Ok(self.least_cost() + of_readings + of_lasting)
     }
 }
 

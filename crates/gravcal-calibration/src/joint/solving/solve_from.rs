@@ -60,9 +60,11 @@ pub(in crate::joint) fn solve_from(
         None => solved,
     };
     let (at_rest, bending) = (solved.readings().with_friction_at_rest(session), Bending::of(session, &solved)?);
-    let solved = match at_rest.is_some() || bending.is_some() {
+    let lasting = solved.with_lasting_errors(session, at_rest.is_some())?;
+    let solved = match at_rest.is_some() || bending.is_some() || lasting.is_some() {
         true => {
-            let mut readings = at_rest.unwrap_or_else(|| solved.readings().clone());
+            let mut readings = lasting.unwrap_or_else(|| solved.readings().clone());
+            readings.at_rest = at_rest.map_or(readings.at_rest, |with| with.at_rest);
             readings.bending = bending.map(Arc::new).or(readings.bending);
             solve_again(session, &solved, &readings, environment)?
         }
@@ -136,8 +138,9 @@ fn solve_with_noise_from(
     let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
     let built = |readings: &MeasurementSet, start: &State| build_with_constraints(session, readings, start);
-    let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
-    if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
+    let lasting = readings.lasting.is_some();
+    let estimated = lasting || session.unexplained_errors().contains(&UnexplainedError::Estimated);
+    if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) && !lasting {
         environment.report("all unknowns together");
         let solved = solve_built(built(&readings, &start)?, environment)?;
         let stopped = solved.estimate.termination == Termination::Stopped;
@@ -160,12 +163,13 @@ fn solve_with_noise_from(
         let rows = solved.row_residuals()?;
         let noise = solved.noise_shown(session, loss, &rows);
         let unexplained = solved.unexplained(session, &rows);
+        let (lasting, lasting_changed) = solved.lasting_anew(session, &rows);
         let changes = noise.iter().zip(&readings.noise).map(|(new, old)| (new / old - 1.0).abs());
-        let changed = changes.fold(0.0, f64::max);
+        let changed = changes.fold(lasting_changed, f64::max);
         let settled =
             readings.loss == loss && solved.stands_with(session, &unexplained, tolerance) && changed < tolerance;
         start = solved.built.variables.state(&solved.estimate.values, &start);
-        (readings.noise, readings.unexplained) = (noise, unexplained);
+        (readings.noise, readings.unexplained, readings.lasting) = (noise, unexplained, lasting);
         let in_circles = round >= STEADY_ROUNDS && changed > STEADY;
         if settled || in_circles || solved.estimate.termination == Termination::Stopped {
             break;

@@ -24,7 +24,11 @@ impl Reader<'_> {
             let field = Field::new("random").at(index);
             let table = self.pose_table(&field, &random.file, random.load.as_deref(), loads)?;
             self.enough(&field, random.poses)?;
-            runs.push((table, Run::Random { poses: random.poses }));
+            if random.moving.is_some_and(|moving| !(1..=self.names().len()).contains(&moving)) {
+                let message = format!("expected 1 to {} joints that move", self.names().len());
+                return Err(self.document.error(&field.key("moving"), message));
+            }
+            runs.push((table, Run::Random { poses: random.poses, moving: random.moving }));
         }
         if runs.is_empty() {
             let message = "nothing to simulate: add [[sweep]] or [[random]]";

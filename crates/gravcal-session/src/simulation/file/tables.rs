@@ -505,6 +505,12 @@ pub struct RandomTable {
     /// Unit: poses.
     /// Example: `poses = 30`
     pub poses: usize,
+    /// How many joints move from one pose to the next, drawn anew each time; the others stand.
+    ///
+    /// Unit: joints.
+    /// Default: all.
+    /// Example: `moving = 1`
+    pub moving: Option<usize>,
     /// The load that is attached.
     ///
     /// Default: nothing.

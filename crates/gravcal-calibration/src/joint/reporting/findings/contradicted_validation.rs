@@ -73,6 +73,7 @@ impl Solved {
             unexplained,
             at_rest,
             sides: self.readings().sides_in(&both),
+            lasting: self.readings().lasting_elsewhere(),
             spreads,
             loss: Loss::None,
             ..MeasurementSet::select(&both, |_| true)
