@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Where poses differ in some joints only, the others stand: what static friction holds in them stays the same until they move. Counted anew in each
-//! row, an error of many rows would pass for many. So where residuals of rows of one stay are alike by more than chance, or friction shows otherwise, each stay
-//! of several rows has an unknown, whose variance `v` is that of its joint. It is found as noise is, by what is left of it when the unknowns have taken up
+//! row, an error of many rows would pass for many. So where residuals of rows of one stay are alike by more than chance, each stay of several
+//! rows has an unknown, whose variance `v` is that of its joint. It is found as noise is, by what is left of it when the unknowns have taken up
 //! their part (Harville, *Journal of the American Statistical Association* 72, 1977, equation (6.3), whose estimate of v is restricted likelihood's):
 //!
 //! ```text
@@ -17,8 +17,8 @@
 
 use std::sync::Arc;
 
-use gravcal_estimation::{Block, BlockId, EvaluateError, ProblemBuilder, Residual, Values};
-use gravcal_identification::{ChannelNoise, ReadingResidual, RowResidual, noise_by_squares};
+use gravcal_estimation::{Block, BlockId, EvaluateError, Loss, ProblemBuilder, Residual, Values};
+use gravcal_identification::{ChannelNoise, ReadingResidual, RowResidual, noise_by_median, noise_by_squares};
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{Shift, Shifted};
@@ -35,10 +35,14 @@ use crate::joint::variables::VariableIndex;
 const MOST: usize = 400;
 /// Fewest pairs of rows of one stay that say whether their residuals are alike.
 const LEAST_PAIRS: usize = 10;
+/// A residual counts as so many standard deviations at most: outliers that are all to one side are alike in any stay.
+const CLIPPED: f64 = 2.0;
 /// Standard deviations of chance beyond which they are.
 const BEYOND_CHANCE: f64 = 4.0;
 /// Errors with less of the variance of their joint's noise are none.
 const NEGLIGIBLE: f64 = 1e-3;
+/// What has more than this share of its prior's variance left, other unknowns took up: it tells nothing.
+const NOTHING_LEFT: f64 = 0.99;
 /// The part of the variance of residuals that begins as that of errors that last, and at most. What residuals of one stay have in common is less than
 /// their errors have, since unknowns have taken it up; from no variance none would be found.
 const FIRST_PART: f64 = 0.5;
@@ -174,15 +178,14 @@ pub(in crate::joint) fn add_unknowns(
 }
 
 impl Solved {
-    /// The readings with unknowns for errors that last, where residuals show any, or `friction` is shown otherwise; nothing where they do not, or the
-    /// readings have them already.
+    /// The readings with unknowns for errors that last, where residuals show any; nothing where they do not, the readings have them already, or residuals
+    /// are so large that they contradict the model.
     ///
     /// # Errors
     /// Where a residual cannot be evaluated.
     pub(in crate::joint) fn with_lasting_errors(
         &self,
         session: &Session,
-        friction: bool,
     ) -> Result<Option<MeasurementSet>, EvaluateError> {
         let readings = self.readings();
         if readings.lasting.is_some() || readings.order != Order::Together || session.has_windows() {
@@ -195,9 +198,8 @@ impl Solved {
         let found = errors_found(session);
         let alike = self.alike_in_stays(session, &lasting)?;
         let of_found = || alike.iter().zip(&found).filter(|(_, found)| **found).map(|(alike, _)| alike);
-        let friction = friction || readings.at_rest.iter().any(|std| *std > 0.0);
-        let shown = friction || of_found().any(Alike::beyond_chance) || Alike::of_all(of_found()).beyond_chance();
-        if !shown {
+        let shown = of_found().any(Alike::beyond_chance) || Alike::of_all(of_found()).beyond_chance();
+        if !shown || self.contradicts_model(session)? {
             return Ok(None);
         }
         let mut with = readings.clone();
@@ -223,7 +225,7 @@ impl Solved {
         let mut of_stay: Vec<Vec<f64>> = vec![Vec::new(); lasting.stays.len()];
         for (id, row) in self.built.rows.iter().zip(self.row_residuals()?) {
             if let Some(place) = lasting.stay(*id).filter(|_| row.leverage < 1.0) {
-                of_stay[place].push(row.freed());
+                of_stay[place].push(row.freed().clamp(-CLIPPED, CLIPPED));
             }
         }
         let mut alike = vec![Alike::default(); session.joints.len()];
@@ -266,7 +268,13 @@ impl Solved {
             std: 1.0,
             row: RowResidual { whitened: error.squared.sqrt(), leverage: 1.0 - error.freedom },
         };
-        noise_by_squares(&errors.iter().map(as_residual).collect::<Vec<_>>(), &groups)
+        let residuals: Vec<ReadingResidual> = errors.iter().map(as_residual).collect();
+        if self.built.loss == Loss::None {
+            return noise_by_squares(&residuals, &groups);
+        }
+        let own = |joint: usize| errors.iter().filter(|error| error.joint == joint).map(|error| error.freedom).sum();
+        let robust = noise_by_median(&residuals, groups.len()).into_iter().enumerate();
+        robust.map(|(joint, std)| std.map(|std| ChannelNoise { std, own: own(joint), freedom: own(joint) })).collect()
     }
 
     /// What is left of each, but where friction to an unknown side is in it. `rows`: the solution's own.
@@ -280,6 +288,9 @@ impl Solved {
             let std = readings.std_of_stay(session, lasting, stay);
             let column = self.built.problem.columns_of((*block)?).next()?;
             let left = self.covariance().std(column) / std;
+            if left * left > NOTHING_LEFT {
+                return None;
+            }
             let squared = self.estimate.values.scalar((*block)?).powi(2);
             Some(LastingError { joint: stay.joint, std, squared, freedom: (1.0 - left * left).max(0.0) })
         });

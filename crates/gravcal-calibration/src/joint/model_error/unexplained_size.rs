@@ -61,6 +61,21 @@ impl Solved {
         Ok(sizes.into_iter().flatten().any(|size| size.std > WARNING * size.gravity_std))
     }
 
+    /// Whether errors or noise were found that are so large beside what gravity makes any channel read that they contradict the model.
+    ///
+    /// # Errors
+    /// As [`Solved::unexplained_sizes`].
+    pub(in crate::joint) fn contradicts_model(&self, session: &Session) -> Result<bool, EvaluateError> {
+        let errors = self.unexplained_sizes(session)?.into_iter().map(|size| {
+            let UnexplainedResult { std, gravity_std, share_of_gravity, .. } = size?;
+            Some(BesideGravity { std, gravity_std, share: share_of_gravity? })
+        });
+        let noise = self.noise_beside_gravity(session)?;
+        let both: Vec<Option<BesideGravity>> = errors.zip(noise).map(|(errors, noise)| errors.or(noise)).collect();
+        let excused = err_as_neighbours(session, &both);
+        Ok(both.iter().zip(excused).any(|(own, excused)| !excused && own.is_some_and(|own| own.share > LARGE)))
+    }
+
     /// Of each channel where the session has such errors.
     pub(crate) fn unexplained_sizes(&self, session: &Session) -> Result<Vec<Option<UnexplainedResult>>, EvaluateError> {
         let errors = session.unexplained_errors();

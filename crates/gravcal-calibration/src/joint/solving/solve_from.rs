@@ -60,7 +60,7 @@ pub(in crate::joint) fn solve_from(
         None => solved,
     };
     let (at_rest, bending) = (solved.readings().with_friction_at_rest(session), Bending::of(session, &solved)?);
-    let lasting = solved.with_lasting_errors(session, at_rest.is_some())?;
+    let lasting = solved.with_lasting_errors(session)?;
     let solved = match at_rest.is_some() || bending.is_some() || lasting.is_some() {
         true => {
             let mut readings = lasting.unwrap_or_else(|| solved.readings().clone());
