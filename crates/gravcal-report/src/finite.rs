@@ -289,12 +289,24 @@ fn of_held_out(held_out: &HeldOut) -> Vec<Number> {
 }
 
 fn of_joint(fit: &JointFit) -> Vec<Number> {
-    let JointFit { joint, unit: _, readings: _, rms, largest, noise_std, noise_estimated: _, unexplained, range } = fit;
+    let JointFit {
+        joint,
+        unit: _,
+        readings: _,
+        rms,
+        largest,
+        noise_std,
+        noise_estimated: _,
+        unexplained,
+        lasting_std,
+        range,
+    } = fit;
     let mut numbers = each(&format!("residual of {joint}"), [rms, largest, noise_std, range]);
     if let Some(UnexplainedResult { std, estimated: _, times_noise, gravity_std, share_of_gravity }) = unexplained {
         let numbers_of = [std, times_noise, gravity_std].into_iter().chain(share_of_gravity);
         numbers.extend(each(&format!("unexplained error of {joint}"), numbers_of));
     }
+    numbers.extend(each(&format!("lasting error of {joint}"), lasting_std));
     numbers
 }
 

@@ -59,6 +59,7 @@ pub fn joint_fit(joint: &str) -> JointFit {
         noise_std: 0.8,
         noise_estimated: false,
         unexplained: None,
+        lasting_std: None,
         range: 456.0,
     }
 }

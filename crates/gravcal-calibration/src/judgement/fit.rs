@@ -16,6 +16,8 @@ pub(crate) struct JointResiduals {
     by_channel: Vec<Vec<(f64, f64)>>,
     /// Range of the readings, by channel.
     ranges: Arc<[f64]>,
+    /// Variance, by channel, of errors that last while a joint stands.
+    lasting: Vec<f64>,
 }
 
 impl JointResiduals {
@@ -25,7 +27,8 @@ impl JointResiduals {
         for (id, r) in rows.iter().zip(whitened) {
             by_channel[id.channel].push((r * readings.std(session, *id), readings.own_std(session, *id)));
         }
-        JointResiduals { by_channel, ranges: Arc::clone(&readings.spreads) }
+        let lasting = (0..session.channel_count()).map(|channel| readings.lasting_variance(channel)).collect();
+        JointResiduals { by_channel, ranges: Arc::clone(&readings.spreads), lasting }
     }
 
     /// `unexplained`: by channel; may be empty.
@@ -46,6 +49,7 @@ impl JointResiduals {
                     noise_std: rows.iter().map(|(_, std)| std).sum::<f64>() / count,
                     noise_estimated: estimated[channel],
                     unexplained: unexplained.get(channel).copied().flatten(),
+                    lasting_std: Some(self.lasting[channel].sqrt()).filter(|std| *std > 0.0),
                     range: self.ranges[channel],
                 }
             })

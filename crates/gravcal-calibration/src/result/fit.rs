@@ -91,6 +91,10 @@ pub struct JointFit {
     /// Errors beyond that noise, where the session has such; told of the fit alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unexplained: Option<UnexplainedResult>,
+    /// Standard deviation of errors that stay the same while the joint stands, as static friction does; where residuals show any. A stay of several readings
+    /// has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lasting_std: Option<f64>,
     /// Largest less smallest reading of that joint in the fitted tables.
     pub range: f64,
 }

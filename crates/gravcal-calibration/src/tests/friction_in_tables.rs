@@ -183,9 +183,8 @@ fn friction_that_stays_while_a_joint_stands_is_one_error() {
         let solver = LevenbergMarquardt::default();
         let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
         assert!(!result.residual_tests.iter().any(|test| test.spoils_intervals), "{:?}", result.notes);
-        let note = result.notes.iter().find(|note| note.starts_with("Errors stay the same from row to row")).unwrap();
-        let size = note.split("shoulder ").nth(1).and_then(|rest| rest.split(' ').next()).unwrap();
-        sizes.push(size.parse::<f64>().unwrap());
+        assert!(result.notes.iter().any(|note| note.starts_with("Errors stay the same from row to row")));
+        sizes.extend(result.fit.as_ref().unwrap().joints.iter().map(|joint| joint.lasting_std.unwrap()));
         squares.extend(errors(&simulation, &result).iter().map(|error| error * error));
     }
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();

@@ -124,7 +124,7 @@ fn runs(session: &Session, readings: &MeasurementSet) -> Vec<Stay> {
 
 impl MeasurementSet {
     /// Variance of the lasting errors of a channel.
-    pub(in crate::joint) fn lasting_variance(&self, channel: usize) -> f64 {
+    pub(crate) fn lasting_variance(&self, channel: usize) -> f64 {
         self.lasting.as_ref().map_or(0.0, |lasting| lasting.variance_of(channel))
     }
 
@@ -240,10 +240,7 @@ impl Solved {
         let Some(lasting) = &self.readings().lasting else { return (None, 0.0) };
         let noise: Vec<f64> = (0..lasting.variance.len()).map(|joint| self.noise_of(session, joint)).collect();
         let found = self.lasting_found(session, rows);
-        let anew = |(found, noise): (&Option<ChannelNoise>, &f64)| {
-            found.map(|found| found.std * found.std).filter(|variance| *variance > NEGLIGIBLE * noise).unwrap_or(0.0)
-        };
-        let variance: Vec<f64> = found.iter().zip(&noise).map(anew).collect();
+        let variance = variance_anew(session, &lasting.variance, &found, &noise);
         let changes = variance.iter().zip(&lasting.variance).enumerate();
         let changed =
             changes.map(|(joint, (new, old))| (new - old).abs() / (2.0 * (old + noise[joint]))).fold(0.0, f64::max);
@@ -330,6 +327,20 @@ impl Solved {
     }
 }
 
+/// The variances of joints, by what was `found`: none where that is nothing beside the `noise`; that of the nearest joint where its readings tell nothing, as
+/// of one that hardly ever moves.
+fn variance_anew(session: &Session, old: &[f64], found: &[Option<ChannelNoise>], noise: &[f64]) -> Vec<f64> {
+    let lasts = |found: ChannelNoise, joint: usize| found.std * found.std > NEGLIGIBLE * noise[joint];
+    let told = |joint: usize| found[joint].filter(|found| lasts(*found, joint)).map_or(0.0, |found| found.std);
+    let told: Vec<f64> = (0..old.len()).map(told).collect();
+    let variance = |joint: usize| match (old[joint] > 0.0, found[joint]) {
+        (true, None) => session.of_nearest(&told, joint).powi(2),
+        (true, Some(_)) => told[joint].powi(2),
+        (false, _) => 0.0,
+    };
+    (0..old.len()).map(variance).collect()
+}
+
 /// Whether the size of a joint's errors is found from the residuals.
 fn errors_found(session: &Session) -> Vec<bool> {
     let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
@@ -349,14 +360,12 @@ struct Alike {
 }
 
 impl Alike {
+    /// Adds the pairs of one stay: `Σ_{i<j} a_i a_j = ½ ((Σ a)² − Σ a²)`.
     fn add(&mut self, residuals: &[f64]) {
-        for (place, own) in residuals.iter().enumerate() {
-            for other in &residuals[..place] {
-                self.products += own * other;
-                self.squares += (own * other).powi(2);
-                self.pairs += 1;
-            }
-        }
+        let sum = |power: i32| residuals.iter().map(|residual| residual.powi(power)).sum::<f64>();
+        self.products += 0.5 * (sum(1).powi(2) - sum(2));
+        self.squares += 0.5 * (sum(2).powi(2) - sum(4));
+        self.pairs += residuals.len() * residuals.len().saturating_sub(1) / 2;
     }
 
     fn of_all<'a>(all: impl Iterator<Item = &'a Alike>) -> Alike {
@@ -471,6 +480,23 @@ load = "plate"
         let mut few = Alike::default();
         (0..9).for_each(|_| few.add(&[1.0, 1.0]));
         assert!(!few.beyond_chance());
+    }
+
+    #[test]
+    fn a_joint_that_tells_nothing_has_what_the_nearest_has() {
+        let session = sarcos_shoulder().session(0);
+        let gain = |joint: usize| session.joints[joint].of(SensorParameter::TorqueGain).nominal.abs();
+        let found = |std: f64| Some(ChannelNoise { std, own: 5.0, freedom: 5.0 });
+        let anew = |old: [f64; 3], found: [Option<ChannelNoise>; 3]| variance_anew(&session, &old, &found, &[1.0; 3]);
+        assert_eq!(
+            anew([1.0; 3], [found(2.0), found(0.01), found(3.0)]),
+            [4.0, 0.0, 9.0],
+            "a hundredth of the noise is none"
+        );
+        assert_eq!(anew([0.0, 1.0, 1.0], [found(2.0), None, found(3.0)])[0], 0.0, "of one without");
+        let nearest = anew([1.0; 3], [None, found(2.0), found(3.0)])[0];
+        assert!((nearest.sqrt() / (2.0 * gain(0) / gain(1)) - 1.0).abs() < 1e-12, "{nearest}");
+        assert_eq!(anew([1.0; 3], [None; 3]), [0.0; 3]);
     }
 
     #[test]
