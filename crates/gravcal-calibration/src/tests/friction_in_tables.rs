@@ -73,9 +73,12 @@ fn session(folder: &Path, (friction, compliance): (f64, f64), trial: u64) -> (Si
 fn estimated((friction, compliance): (f64, f64), trial: u64) -> (Simulation, EstimatorResult) {
     let folder = tempfile::tempdir().unwrap();
     let (simulation, session) = session(folder.path(), (friction, compliance), trial);
+    (simulation, estimate(&session))
+}
+
+fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
-    (simulation, result)
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap()
 }
 
 /// Errors of all sensors' parameters in their standard deviations.
@@ -121,19 +124,7 @@ fn tables_without_friction_have_no_such_unknown() {
     assert!(std(&with) > 2.0 * std(&without));
 }
 
-/// The rows of each table sorted by the shoulder's angle: it always rises, so that its bias holds whatever friction leaves, and no residual shows it.
-#[test]
-fn joints_that_came_from_one_side_are_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let (_, mut sorted) = session(folder.path(), (0.0, 0.0), 0);
-    sorted.poses.sort_by(|a, b| a.table.cmp(&b.table).then(a.position[0].total_cmp(&b.position[0])));
-    let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(&sorted, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
-    let told: Vec<&String> = result.notes.iter().filter(|note| note.contains("from the same side")).collect();
-    assert!(told.len() == 1 && told[0].contains("tells: shoulder (±"), "{:?}", result.notes);
-}
-
-/// A table of the shoulder rising to each of its poses, with and without friction: nothing but its bias differs.
+/// Tables of the shoulder rising to each of its poses, with and without friction: nothing but its bias differs, and no residual shows it.
 #[test]
 fn biases_allow_for_friction_that_no_residual_shows() {
     let bias = |friction: f64| {
@@ -141,9 +132,10 @@ fn biases_allow_for_friction_that_no_residual_shows() {
         let (simulation, mut sorted) = session(folder.path(), (0.0, 0.0), 0);
         sorted.poses.sort_by(|a, b| a.table.cmp(&b.table).then(a.position[0].total_cmp(&b.position[0])));
         sorted.poses.iter_mut().for_each(|pose| pose.torque[0].as_mut().unwrap().value += friction);
-        let solver = LevenbergMarquardt::default();
-        let result = estimate_jointly(&sorted, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
+        let result = estimate(&sorted);
         assert_eq!(result.concerns, [Concern::OneSidedApproach { joints: vec!["shoulder".into()] }]);
+        let told: Vec<&String> = result.notes.iter().filter(|note| note.contains("from the same side")).collect();
+        assert!(told.len() == 1 && told[0].contains("tells: shoulder (±"), "{:?}", result.notes);
         let found = result.parameter("shoulder.torque_bias").unwrap();
         (found.value.unwrap() - simulation.truth.sensors[0][1], found.std.unwrap())
     };
@@ -180,8 +172,7 @@ fn friction_that_stays_while_a_joint_stands_is_one_error() {
                 reading.std = None;
             }
         }
-        let solver = LevenbergMarquardt::default();
-        let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
+        let result = estimate(&session);
         assert!(!result.residual_tests.iter().any(|test| test.spoils_intervals), "{:?}", result.notes);
         assert!(result.notes.iter().any(|note| note.starts_with("Errors stay the same from row to row")));
         sizes.extend(result.fit.as_ref().unwrap().joints.iter().map(|joint| joint.lasting_std.unwrap()));

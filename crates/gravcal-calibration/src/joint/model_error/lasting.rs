@@ -7,7 +7,7 @@
 //! Where poses differ in some joints only, the others stand: what static friction holds in them stays the same until they move. Counted anew in each
 //! row, an error of many rows would pass for many. So where residuals of rows of one stay are alike by more than chance, each stay of several
 //! rows has an unknown, whose variance `v` is that of its joint. It is found as noise is, by what is left of it when the unknowns have taken up
-//! their part (Harville, *Journal of the American Statistical Association* 72, 1977, equation (6.3), whose estimate of v is restricted likelihood's):
+//! their part (restricted likelihood's fixed point: Harville, *Journal of the American Statistical Association* 72, 1977, on Henderson's mixed-model equations):
 //!
 //! ```text
 //!     v = Σ ê² / Σ (1 − c/v)            c: variance of ê that is left, with its prior v
@@ -22,21 +22,22 @@ use gravcal_identification::{ChannelNoise, ReadingResidual, RowResidual, noise_b
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{Shift, Shifted};
-use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::model_error::sides_by_order::stands_still;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
+use crate::joint::solving::noise::errors_found;
 use crate::joint::stays::{Lasting, Stay};
 use crate::joint::variables::VariableIndex;
 
 /// More stays have no unknowns: all are in one piece with the rest, and time grows with their cube.
 const MOST: usize = 400;
-/// Fewest pairs of rows of one stay that say whether their residuals are alike.
-const LEAST_PAIRS: usize = 10;
 /// A residual counts as so many standard deviations at most: outliers that are all to one side are alike in any stay.
 const CLIPPED: f64 = 2.0;
+/// Fewest pairs of rows of one stay that say whether their residuals are alike.
+const LEAST_PAIRS: usize = 10;
 /// Standard deviations of chance beyond which they are.
 const BEYOND_CHANCE: f64 = 4.0;
 /// Errors with less of the variance of their joint's noise are none.
@@ -339,13 +340,6 @@ fn variance_anew(session: &Session, old: &[f64], found: &[Option<ChannelNoise>],
         (false, _) => 0.0,
     };
     (0..old.len()).map(variance).collect()
-}
-
-/// Whether the size of a joint's errors is found from the residuals.
-fn errors_found(session: &Session) -> Vec<bool> {
-    let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
-    let found = errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise);
-    found.take(session.joints.len()).collect()
 }
 
 /// How much residuals of rows of one stay are alike, over all pairs of them.

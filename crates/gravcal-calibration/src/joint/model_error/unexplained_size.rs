@@ -35,6 +35,14 @@ pub(in crate::joint) struct BesideGravity {
     pub share: f64,
 }
 
+impl BesideGravity {
+    /// Errors that a result tells; nothing where nothing feels gravity.
+    pub fn of(size: UnexplainedResult) -> Option<BesideGravity> {
+        let UnexplainedResult { std, gravity_std, share_of_gravity, .. } = size;
+        Some(BesideGravity { std, gravity_std, share: share_of_gravity? })
+    }
+}
+
 /// Which joints err no more than a neighbour does whose readings gravity explains, and carry next to nothing beside others. `errors`: by channel.
 pub(in crate::joint) fn err_as_neighbours(session: &Session, errors: &[Option<BesideGravity>]) -> Vec<bool> {
     let of_joints = &errors[..session.joints.len()];
@@ -66,10 +74,7 @@ impl Solved {
     /// # Errors
     /// As [`Solved::unexplained_sizes`].
     pub(in crate::joint) fn contradicts_model(&self, session: &Session) -> Result<bool, EvaluateError> {
-        let errors = self.unexplained_sizes(session)?.into_iter().map(|size| {
-            let UnexplainedResult { std, gravity_std, share_of_gravity, .. } = size?;
-            Some(BesideGravity { std, gravity_std, share: share_of_gravity? })
-        });
+        let errors = self.unexplained_sizes(session)?.into_iter().map(|size| BesideGravity::of(size?));
         let noise = self.noise_beside_gravity(session)?;
         let both: Vec<Option<BesideGravity>> = errors.zip(noise).map(|(errors, noise)| errors.or(noise)).collect();
         let excused = err_as_neighbours(session, &both);

@@ -61,13 +61,17 @@ impl Answer {
         self.solved.contradicted_priors(session).into_iter().for_each(|reason| findings.doubt_for(reason));
         self.solved.contradicted_description(session).into_iter().for_each(|reason| findings.doubt_for(reason));
         self.remark_on_residuals(session, &mut findings);
-        self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.solved.biases_that_may_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.solved.errors_that_last(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.solved.gains_that_hold_friction_of_load(session).into_iter().for_each(|remark| findings.remark(remark));
-        let displaced = [self.solved.lengths_found(session), self.solved.tilts_found(session)];
-        displaced.into_iter().flatten().for_each(|remark| findings.remark(remark));
+        let solved = &self.solved;
+        let of_joints = solved
+            .biases_that_hold_friction(session)
+            .into_iter()
+            .chain(solved.biases_that_may_hold_friction(session))
+            .chain(solved.errors_that_last(session))
+            .chain(solved.gains_that_hold_bending(session))
+            .chain(solved.gains_that_hold_friction_of_load(session))
+            .chain(solved.lengths_found(session))
+            .chain(solved.tilts_found(session));
+        of_joints.for_each(|remark| findings.remark(remark));
         self.remark_on_shifted_readings(&mut findings);
         self.remark_on_exact().into_iter().for_each(|remark| findings.remark(remark));
         self.remark_on_contradictions(session, &mut findings)?;

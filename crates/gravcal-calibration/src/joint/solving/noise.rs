@@ -92,7 +92,7 @@ impl Solved {
 
     /// Channel and residual of each reading whose noise is stated, and whose errors are not taken to be larger.
     pub(crate) fn stated_residuals(&self, session: &Session) -> Result<Vec<(usize, RowResidual)>, EvaluateError> {
-        let stated: Vec<bool> = found(session).into_iter().map(|found| !found).collect();
+        let stated: Vec<bool> = errors_found(session).into_iter().map(|found| !found).collect();
         if !self.built.rows.iter().any(|id| stated[id.channel]) {
             return Ok(Vec::new());
         }
@@ -116,7 +116,7 @@ impl Solved {
     /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with
     /// these readings share: a fit that took up most of its readings explains the rest by chance.
     pub(in crate::joint) fn minus_log_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
-        let found = found(session);
+        let found = errors_found(session);
         let unit = first_noise(session, &self.readings().spreads);
         let size = |ReadingResidual { channel, std, row }: ReadingResidual| match found[channel] {
             true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
@@ -160,7 +160,7 @@ fn noises_of(members: &[ChannelNoise]) -> f64 {
 }
 
 /// Of each channel, whether the size of its errors is found from the residuals.
-fn found(session: &Session) -> Vec<bool> {
+pub(in crate::joint) fn errors_found(session: &Session) -> Vec<bool> {
     let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
     errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise).collect()
 }

@@ -35,7 +35,7 @@ const ITERATIONS: usize = 2000;
 /// How often, at most, noise is looked for anew where a solve was given up.
 const FURTHER_ROUNDS: usize = 3;
 
-/// Solves for everything from one start: noise that no reading states, what friction leaves at rest, how far joints bend, and how far they are from
+/// Solves for everything from one start: noise that no reading states, what friction leaves at rest, what lasts while a joint stands, how far joints bend, and how far they are from
 /// where they are described, are found on the way.
 ///
 /// # Errors

@@ -42,10 +42,7 @@ impl Answer {
         session: &Session,
         findings: &mut Findings,
     ) -> Result<(), EvaluateError> {
-        let beside = |size: &Option<UnexplainedResult>| {
-            let UnexplainedResult { std, gravity_std, share_of_gravity, .. } = size.filter(|size| size.estimated)?;
-            Some(BesideGravity { std, gravity_std, share: share_of_gravity? })
-        };
+        let beside = |size: &Option<UnexplainedResult>| BesideGravity::of(size.filter(|size| size.estimated)?);
         let errors: Vec<Option<BesideGravity>> = self.unexplained.iter().map(beside).collect();
         let excused = err_as_neighbours(session, &errors);
         let (mut failing, mut warned) = (Vec::new(), Vec::new());
