@@ -10,6 +10,7 @@
 //!
 //! is fitted to it from some `x` on. The means of standstills then hold `A` times the mean of `e^(−x/T)` over what was kept. What was kept tells `A`; the whole course
 //! tells `T`, where what was kept shows settling with that `T`, too. How long it lasts beyond is not seen: `T` is ten times the whole course at most.
+//! How well `A` is known tells its scatter from standstill to standstill, so that noise which is correlated within each is not taken for settling.
 
 use super::run::Run;
 use crate::motion::block::Block;
@@ -28,7 +29,7 @@ const ENDS: f64 = 1.0 / 3.0;
 /// Fewer parts tell no course, and of fewer standstills noise alone looks like one more often than once in a thousand times.
 const LEAST_PARTS: usize = 4;
 const LEAST_STANDSTILLS: f64 = 15.0;
-/// By how much χ² falls where there is some: five standard deviations, for so many that are tried.
+/// Square of what settles, in its standard deviations, where there is some: five of them, for so many that are tried.
 const SEEN: f64 = 25.0;
 
 /// What is left of settling in the means over standstills; nothing where none is seen.
@@ -67,6 +68,8 @@ struct BothCourses {
 #[derive(Clone, Debug, Default)]
 struct Course {
     parts: [Scatter; PARTS],
+    /// Of two parts, in how many standstills both say something, and the sum of their products over these.
+    pairs: [[(f64, f64); PARTS]; PARTS],
     /// Share of the course from which on it counts as standing, mean over the standstills.
     kept_from: Scatter,
 }
@@ -152,7 +155,9 @@ impl BothCourses {
 #[derive(Clone, Copy, Debug)]
 struct Fit {
     time: f64,
-    /// By how much χ² falls with it.
+    /// By how much χ² falls with it, were parts independent: which course fits best.
+    explained: f64,
+    /// The square of what settles, in standard deviations as it scatters: whether there is any.
     gain: f64,
     /// What is left of it in the mean over the course, unit of the reading.
     left: f64,
@@ -170,12 +175,26 @@ impl Course {
         for (part, value) in self.parts.iter_mut().zip(course) {
             value.iter().for_each(|value| part.take(sign * value));
         }
+        for (pairs, value) in self.pairs.iter_mut().zip(course) {
+            for ((count, sum), other) in pairs.iter_mut().zip(course) {
+                let Some(product) = value.zip(*other).map(|(value, other)| value * other) else { continue };
+                *count += 1.0;
+                *sum += product;
+            }
+        }
+    }
+
+    /// Of the means of two parts, as they vary from standstill to standstill.
+    fn covariance(&self, a: usize, b: usize) -> f64 {
+        let (own, other, (both, sum)) = (&self.parts[a], &self.parts[b], self.pairs[a][b]);
+        let of_both = (sum - both * own.mean * other.mean) / (both - 1.0).max(1.0);
+        of_both * both / (own.count * other.count)
     }
 
     /// What explains the course best, of these times, from any part on; nothing where none is seen.
     fn best(&self, times: impl Iterator<Item = f64> + Clone) -> Option<Fit> {
         let fits = FROM.into_iter().flat_map(|from| times.clone().filter_map(move |time| self.fit(from, time)));
-        fits.max_by(|a, b| a.gain.total_cmp(&b.gain)).filter(|best| best.gain > SEEN)
+        fits.max_by(|a, b| a.explained.total_cmp(&b.explained)).filter(|best| best.gain > SEEN)
     }
 
     /// What settles in this time to a level of its own, fitted from this part on; nothing where too little is known of the course.
@@ -184,17 +203,32 @@ impl Course {
         let parts = self.parts.iter().enumerate().skip(from);
         // Of a slow recorder a sample falls into few parts only.
         let told = parts.filter(|(_, own)| own.count >= LEAST_STANDSTILLS && own.variance() > 0.0);
-        let told: Vec<(f64, f64, f64)> =
-            told.map(|(part, own)| (decay(middle(part)), own.mean, 1.0 / own.variance())).collect();
+        let told: Vec<(usize, f64, f64)> =
+            told.map(|(part, own)| (part, decay(middle(part)), 1.0 / own.variance())).collect();
         if told.len() < LEAST_PARTS {
             return None;
         }
         let all: f64 = told.iter().map(|(.., weight)| weight).sum();
-        let level = told.iter().map(|(shape, _, weight)| weight * shape).sum::<f64>() / all;
-        let along: f64 = told.iter().map(|(shape, mean, weight)| weight * (shape - level) * mean).sum();
-        let square: f64 = told.iter().map(|(shape, _, weight)| weight * (shape - level).powi(2)).sum();
+        let level = told.iter().map(|(_, shape, weight)| weight * shape).sum::<f64>() / all;
+        let square: f64 = told.iter().map(|(_, shape, weight)| weight * (shape - level).powi(2)).sum();
+        if square <= 0.0 {
+            return None;
+        }
+        // `A` is a sum over the means of parts.
+        let shares: Vec<(usize, f64)> =
+            told.iter().map(|(part, shape, weight)| (*part, weight * (shape - level) / square)).collect();
+        let size: f64 = shares.iter().map(|(part, share)| share * self.parts[*part].mean).sum();
+        let with = |(part, share): &(usize, f64)| -> f64 {
+            shares.iter().map(|(other, of_other)| share * of_other * self.covariance(*part, *other)).sum()
+        };
+        let variance: f64 = shares.iter().map(with).sum();
         let mean = time * (1.0 - decay(1.0));
-        (square > 0.0).then(|| Fit { time, gain: along * along / square, left: along / square * mean })
+        (variance > 0.0).then(|| Fit {
+            time,
+            explained: size * size * square,
+            gain: size * size / variance,
+            left: size * mean,
+        })
     }
 }
 
@@ -217,14 +251,17 @@ mod tests {
     }
 
     /// Standstills of two seconds after a motion, of which the last so many seconds count, with a reading that settles by `size` in `time`, s, and has
-    /// noise of a thousandth in each hundredth of a second.
-    fn settling(size: impl Fn(f64) -> f64, time: f64, kept: f64) -> Settling {
+    /// noise of a thousandth in each hundredth of a second, which keeps a share of itself from one to the next.
+    fn settling(size: impl Fn(f64) -> f64, time: f64, (kept, keeps, seed): (f64, f64, u64)) -> Settling {
         let mut courses = Courses::default();
-        for standstill in 0..60 {
+        for standstill in 0..60u64 {
             let side = if standstill % 3 == 0 { 1.0 } else { -1.0 };
+            let mut noise = 0.0;
             let block = |number: usize| {
                 let at = 0.01 * number as f64;
-                let noise = 1e-3 * uniform((standstill * 200 + number) as u64);
+                let new = uniform((seed * 60 + standstill) * 400 + number as u64);
+                noise =
+                    if number == 0 { 1e-3 * new } else { keeps * noise + 1e-3 * (1.0 - keeps * keeps).sqrt() * new };
                 let mean = 5.0 + size(side) * (-(at + 0.005) / time).exp() + noise;
                 let sum = Sum { count: 10.0, mean, squares: 1e-6, ends: 0.0 };
                 Block { from: at, until: at + 0.01, row: 0, sums: vec![sum] }
@@ -248,7 +285,7 @@ mod tests {
         // The mean of e^(−t/T) over the kept second and a half.
         let mean = |time: f64| time * ((-0.5 / time).exp() - (-2.0 / time).exp()) / 1.5;
         for time in [0.3, 1.0, 2.0] {
-            let Settling { common, by_direction } = settling(|_| 0.02, time, 1.5);
+            let Settling { common, by_direction } = settling(|_| 0.02, time, (1.5, 0.0, 0));
             let (left, expected) = (common.unwrap(), 0.02 * mean(time));
             assert!((left.size / expected - 1.0).abs() < 0.3, "{time}: {left:?}, {expected}");
             assert_eq!(left.ends, time < 0.5, "{time}");
@@ -259,8 +296,45 @@ mod tests {
 
     #[test]
     fn what_goes_with_the_side_is_told_by_it_and_noise_is_nothing() {
-        let Settling { by_direction, .. } = settling(|side| 0.02 * side, 0.3, 1.5);
+        let Settling { by_direction, .. } = settling(|side| 0.02 * side, 0.3, (1.5, 0.0, 0));
         assert!(by_direction.is_some_and(|left| left.size > 0.0 && left.ends), "{by_direction:?}");
-        assert_eq!(settling(|_| 0.0, 0.3, 1.5), Settling::default());
+        assert_eq!(settling(|_| 0.0, 0.3, (1.5, 0.0, 0)), Settling::default());
+    }
+
+    /// Noise that lasts for a second bends each standstill, each in its own way.
+    #[test]
+    fn noise_that_is_correlated_within_standstills_is_nothing() {
+        for seed in 0..100 {
+            assert_eq!(settling(|_| 0.0, 0.3, (1.5, 0.99, seed)), Settling::default(), "{seed}");
+        }
+    }
+
+    /// The variance of the mean of what settles is that of the standstills' own, each fitted by itself.
+    #[test]
+    fn what_settles_is_as_uncertain_as_it_scatters() {
+        let shape = |part: usize| (-middle(part) / 0.4).exp();
+        let mut course = Course::default();
+        let mut sizes = Vec::new();
+        for standstill in 0..40u64 {
+            let trend = uniform(standstill);
+            let own: [Option<f64>; PARTS] = std::array::from_fn(|part| {
+                Some(trend * middle(part) + 0.2 * uniform(1000 + 16 * standstill + part as u64))
+            });
+            course.take(&own, 0.0, 1.0);
+            sizes.push(own);
+        }
+        // Weights of parts as the fit has them.
+        let weights: Vec<f64> = course.parts.iter().map(|part| 1.0 / part.variance()).collect();
+        let all: f64 = weights.iter().sum();
+        let centre = (0..PARTS).map(|part| weights[part] * shape(part)).sum::<f64>() / all;
+        let square: f64 = (0..PARTS).map(|part| weights[part] * (shape(part) - centre).powi(2)).sum();
+        let size = |own: &[Option<f64>; PARTS]| -> f64 {
+            (0..PARTS).map(|part| weights[part] * (shape(part) - centre) * own[part].unwrap() / square).sum()
+        };
+        let sizes: Vec<f64> = sizes.iter().map(size).collect();
+        let (count, mean) = (sizes.len() as f64, sizes.iter().sum::<f64>() / sizes.len() as f64);
+        let variance = sizes.iter().map(|own| (own - mean).powi(2)).sum::<f64>() / (count - 1.0) / count;
+        let fit = course.fit(0, 0.4).unwrap();
+        assert!((fit.gain / (mean * mean / variance) - 1.0).abs() < 1e-9, "{fit:?} {mean} {variance}");
     }
 }
