@@ -115,7 +115,8 @@ fn session(folder: &Path, fitted: &[usize], other: usize) -> Result<String, Stri
          torque = {{ columns = [{}], unit = \"N·m\" }}\nmotion = {{ window_s = 0.8 }}\n[joints]\ntorque_sign = \"normal\"\n\
          torque_gain = {{ fixed = 1.0, unit = \"N·m/(N·m)\" }}\nposition_gain = {{ fixed = 1.0, unit = \"rad/rad\" }}\n\
          position_offset = {{ fixed = 0.0, unit = \"rad\" }}\n\
-         sensor_models = [{{ kind = \"coulomb-friction\" }}, {{ kind = \"viscous-friction\" }}]\n{fitted}{}",
+         sensor_models = [{{ kind = \"coulomb-friction\" }}, {{ kind = \"viscous-friction\" }}]\n\
+         [deflection]\ncompliance_std_rad_per_newton_metre = 0\n{fitted}{}",
         columns("q", "rad"),
         columns("tau", "Nm"),
         table("validation", other)?,

@@ -179,6 +179,8 @@ impl Arm {
                 session.further.extend(parameters);
             }
         }
+        // As the peers have them.
+        session.deflection.stiff = true;
         session.loads =
             vec![Load { name: "plate".into(), mass: LOAD, link: JOINTS - 1, position: None, position_std: None }];
         let table = |table: usize| PoseTable {
@@ -227,7 +229,7 @@ fn truth(chain: &Chain) -> [f64; UNKNOWN] {
 
 /// Sums of sines, other ones in each joint and run.
 fn moment(time: f64, run: u64) -> MotionSample {
-    let mut moment = MotionSample { position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
+    let mut moment = MotionSample { time, position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
     for joint in 0..JOINTS {
         let mut random = Pcg64::seed_from_u64(100 * run + joint as u64);
         let mut state = [0.0; 3];

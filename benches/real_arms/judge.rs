@@ -41,7 +41,7 @@ pub struct Judged {
 /// Where files cannot be written, or the simulation is refused.
 pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Option<&str>) -> Result<Judged, String> {
     let said = |error: &dyn std::fmt::Display| error.to_string();
-    let all = arms(setting.from == Source::Sweeps);
+    let all = arms(setting.from.moves());
     let arm = usize::try_from(number % all.len().max(1) as u64).ok().and_then(|place| all.get(place));
     let arm = arm.ok_or("no arm is there: name the folder of URDFs in GRAVCAL_SHARED_DATA")?;
     fs::create_dir_all(folder).map_err(|error| said(&error))?;

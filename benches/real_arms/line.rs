@@ -12,6 +12,10 @@ const TORQUE: f64 = 0.03;
 const POSITION: f64 = 1e-5;
 /// Samples of a dwell: 1.5 s at 200 Hz.
 const DWELL: usize = 300;
+/// Of an arm in motion: samples of a stretch, stretches of a table, and how long a period is, s.
+const STRETCH: usize = 4000;
+const STRETCHES: usize = 2;
+const PERIOD: f64 = 20.0;
 
 /// Postures in which each joint sweeps, how far, rad, and how far from the middle it and others may stand.
 const POSTURES: usize = 3;
@@ -67,6 +71,15 @@ pub enum Source {
     Sweeps,
     /// The means of the standstills as a table, without standard deviations
     Table,
+    /// Windows of an arm that never stands (lines still, elastic and harmonics): every joint on a sum of five sines, twice 20 s bare and twice loaded; the session estimates Coulomb friction
+    Motion,
+}
+
+impl Source {
+    /// Whether arms move that feel the inertia tensors of their links.
+    pub fn moves(self) -> bool {
+        matches!(self, Source::Sweeps | Source::Motion)
+    }
 }
 
 /// What is simulated.
@@ -85,12 +98,18 @@ pub struct Setting {
 impl Setting {
     pub fn of(line: Line, friction: f64, (from, speed): (Source, f64)) -> Setting {
         let poses = match line {
+            _ if from == Source::Motion => STRETCHES,
             Line::Few => 9,
             Line::Pairs => 13,
             Line::OneMoves => 60,
             _ => 25,
         };
-        Setting { line, from, speed, friction, poses, samples: if line == Line::Long { 4 * DWELL } else { DWELL } }
+        let samples = match line {
+            _ if from == Source::Motion => STRETCH,
+            Line::Long => 4 * DWELL,
+            _ => DWELL,
+        };
+        Setting { line, from, speed, friction, poses, samples }
     }
 
     pub fn name(&self) -> String {
@@ -102,7 +121,8 @@ impl Setting {
     pub fn simulation(&self, arm: &Arm, seed: u64, number: u64) -> String {
         let mut random = Pcg64::new(u128::from(seed), u128::from(number));
         let normal = |random: &mut Pcg64, std: f64| std * random.sample::<f64, _>(StandardNormal);
-        let root = (self.samples as f64).sqrt();
+        // Of an arm that stands, the noise of a mean is stated, of which its samples are drawn.
+        let root = if self.from == Source::Motion { 1.0 } else { (self.samples as f64).sqrt() };
         let torque = TORQUE / root;
         // Positions of a bin are means of so many samples that their noise says nothing, and a session that states it has an unknown for each.
         let position = match self.from {
@@ -117,6 +137,9 @@ impl Setting {
             Pcg64::seed_from_u64(seed ^ number.rotate_left(32)).random::<u32>()
         );
         text += &self.recording();
+        if self.from == Source::Motion {
+            text += &format!("motion = {{ harmonics = 5, period_s = {PERIOD}, seed = {number} }}\n");
+        }
         if self.line == Line::Elastic {
             text += "[deflection]\ncompliance_rad_per_newton_metre = 1e-4\n";
         }
@@ -164,7 +187,7 @@ impl Setting {
             _ => {}
         }
         let per_torque = if self.line == Line::Load { 0.02 } else { 0.0 };
-        if self.friction > 0.0 || per_torque > 0.0 {
+        if self.from != Source::Motion && (self.friction > 0.0 || per_torque > 0.0) {
             text += &format!("friction = {{ coulomb_newton_metre = {}, per_torque = {per_torque} }}\n", self.friction);
         }
         text
@@ -173,10 +196,22 @@ impl Setting {
     /// What the joints' sensors do besides.
     fn models(&self) -> String {
         match self.line {
+            _ if self.from == Source::Motion => format!(
+                "sensor_models = [{{ kind = \"coulomb-friction\", parameters = {{ coulomb_friction = {{ value = {}, unit = \"N·m\" }} }} }}]\n{}",
+                self.friction,
+                self.unmodelled()
+            ),
             // The recording has the friction of bristles; what the session estimates has no truth of its own.
             Line::Coulomb => {
                 "sensor_models = [{ kind = \"coulomb-friction\", parameters = { coulomb_friction = { value = 0, unit = \"N·m\" } } }]\n".into()
             }
+            _ => self.unmodelled(),
+        }
+    }
+
+    /// What no session knows of.
+    fn unmodelled(&self) -> String {
+        match self.line {
             Line::Drift => format!(
                 "unmodelled = [{{ kind = \"torque-bias-in-time\", parameters = {{ torque_bias_drift = {{ value = {}, unit = \"N·m/s\" }} }} }}]\n",
                 0.05 / 160.0

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p gravcal-benches --bin real_arms -- --line still --friction-nm 0.1 --sessions 200 --seed 1`
 //!
-//! A recording is 25 bare and 25 loaded poses, dwells of 1.5 s at 200 Hz, noise of 0.03 N·m a sample rounded to 0.005. A line prints how
+//! A recording of an arm that stands is 25 bare and 25 loaded poses, dwells of 1.5 s at 200 Hz, noise of 0.03 N·m a sample rounded to 0.005. A line prints how
 //! many sessions ended with which exit code, how often 95 % intervals hold the truth (all but biases, and biases), the root mean square
 //! of errors in standard deviations, the same of sessions that ended with exit code 0, the parameter whose interval holds the truth least
 //! often, and how wide intervals are.
@@ -74,6 +74,12 @@ fn not_negative(text: &str) -> Result<f64, String> {
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
+    let of_motion = [Line::Still, Line::Elastic, Line::Harmonics];
+    if arguments.from == Source::Motion && arguments.lines.iter().any(|line| !of_motion.contains(line)) {
+        return Err(
+            "--poses motion goes with the lines still, elastic and harmonics: the others are of arms that stand".into(),
+        );
+    }
     println!("{}", heading());
     for line in &arguments.lines {
         for friction in &arguments.friction_nm {

@@ -50,6 +50,8 @@ pub(super) struct Bending {
     pub std: Vec<f64>,
     /// By pose and joint, N·m.
     pub torques: Vec<Vec<f64>>,
+    /// Of an arm in motion, what each joint that may bend does to the readings of windows, one after the other, unit of the reading for each rad/(N·m).
+    pub in_motion: Vec<Effect>,
 }
 
 /// What joints do that are not where the robot's description has them: `building/displacements.rs` finds it.
@@ -59,7 +61,7 @@ pub(super) struct Displacements {
     pub by_number: Vec<Effect>,
 }
 
-/// What a displacement does to the readings: by pose and channel, unit of the reading for each m or rad.
+/// What a number does to the readings: by pose and channel, unit of the reading for each unit of it. Of a displacement that is a metre or a radian.
 pub(super) type Effect = Vec<Vec<f64>>;
 
 impl MeasurementSet {

@@ -1,5 +1,6 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
+mod bodies;
 mod building;
 mod ends;
 mod error;
@@ -18,6 +19,7 @@ mod starting;
 mod stays;
 mod variables;
 
+pub(crate) use bodies::inertia_in_pose;
 pub use building::build::build_problem;
 pub(crate) use building::build::build_with_constraints;
 pub(crate) use ends::symmetries::with_gains_known;
@@ -25,7 +27,7 @@ pub use error::{BuildError, EstimateError};
 pub use measurement_set::MeasurementSet;
 pub use method::solve;
 pub(crate) use model_error::at_rest::OfReadings;
-pub(crate) use model_error::bending::{inertia_in_pose, is_stiffness_unsaid};
+pub(crate) use model_error::bending::is_stiffness_unsaid;
 pub(crate) use model_error::displaced_joints::DisplacedJoints;
 pub(crate) use model_error::sides_by_order::sides_by_order;
 pub use order::Order;

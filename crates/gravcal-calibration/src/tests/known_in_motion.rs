@@ -319,7 +319,7 @@ fn sorted(mut names: Vec<String>) -> Vec<String> {
 
 /// Sums of sines, other ones in each joint.
 fn moment(joints: usize, time: f64) -> MotionSample {
-    let mut moment = MotionSample { position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
+    let mut moment = MotionSample { time, position: Vec::new(), velocity: Vec::new(), acceleration: Vec::new() };
     for joint in 0..joints {
         let mut random = Pcg64::seed_from_u64(90 + joint as u64);
         let mut state = [0.0, 0.0, 0.0];

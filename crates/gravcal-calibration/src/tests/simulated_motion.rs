@@ -156,9 +156,41 @@ fn simulated_rotors_are_identified() {
     assert!(fs::read_to_string(&files[0]).unwrap().contains("rotor_inertia = \"unknown\""));
     assert!(fs::read_to_string(folder.path().join("truth.toml")).unwrap().contains("j2.rotor_inertia"));
     is_identified(&simulation, &read_session(&files[0]).unwrap());
+    // Before a gear that bends the rotor moves as its encoder reads.
+    let bending =
+        with_rotors.replace("[recording]", "[deflection]\ncompliance_rad_per_newton_metre = -2e-4\n[recording]");
+    let simulation = self::simulation(folder.path(), &bending);
+    let files = write_session(&simulation, 0, folder.path(), true).unwrap();
+    is_identified(&simulation, &read_session(&files[0]).unwrap());
     fs::write(folder.path().join("simulation.toml"), with_rotors.replace("motion = {", "# motion = {")).unwrap();
     let error = Simulation::read(&folder.path().join("simulation.toml")).unwrap_err().to_string();
     assert!(error.contains("rotor_inertia: an arm that stands does not feel it"), "{error}");
+}
+
+/// Joints that bend by 3e-4 rad/(N·m) as their links move, beyond encoders that do not see it: intervals hold. Taken as
+/// stiff the arm is not what its readings say, and the residuals tell so.
+#[test]
+fn joints_that_bend_in_motion_are_identified() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SIMULATION
+        .replace("[recording]", "[deflection]\ncompliance_rad_per_newton_metre = [-3e-4, -3e-4, -3e-4]\n[recording]");
+    let simulation = simulation(folder.path(), &text.replace("samples = 3000", "samples = 6000"));
+    let files = write_session(&simulation, 0, folder.path(), false).unwrap();
+    let session = read_session(&files[0]).unwrap();
+    let result = is_identified(&simulation, &session);
+    let stiff = fs::read_to_string(&files[0]).unwrap() + "\n[deflection]\ncompliance_std_rad_per_newton_metre = 0\n";
+    fs::write(&files[0], stiff).unwrap();
+    let taken_as_stiff = estimated(&read_session(&files[0]).unwrap());
+    let rms = |result: &EstimatorResult| result.fit.as_ref().unwrap().joints[1].rms;
+    assert!(rms(&taken_as_stiff) > 1.3 * rms(&result), "{} {}", rms(&taken_as_stiff), rms(&result));
+    let named = |test: &ResidualTest| test.named && test.kind == ResidualTestKind::Compliance;
+    assert!(taken_as_stiff.residual_tests.iter().any(named), "{:?}", taken_as_stiff.notes);
+    let cure = "leave out [deflection] compliance_std_rad_per_newton_metre = 0";
+    assert!(taken_as_stiff.notes.iter().any(|note| note.contains(cure)), "{:?}", taken_as_stiff.notes);
+    // What is an unknown is told with its size, and spoils nothing.
+    let told: Vec<&ResidualTest> = result.residual_tests.iter().filter(|test| named(test)).collect();
+    assert!(!told.is_empty(), "{:?}", result.notes);
+    assert!(told.iter().all(|test| !test.spoils_intervals && (test.size + 3e-4).abs() < 1e-4), "{told:?}");
 }
 
 /// Moves from pose to pose take the torques of inertia as well: read as motion they tell the same.

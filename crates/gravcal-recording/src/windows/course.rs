@@ -28,6 +28,8 @@ pub struct WeighedStretch {
 /// A moment of an arm in motion, by the joints' position readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionSample {
+    /// When, s; from where is the recording's own.
+    pub time: f64,
     /// rad, m, or the sensor's own unit.
     pub position: Vec<f64>,
     /// The same per second.

@@ -66,11 +66,12 @@ impl<'a> Grid<'a> {
     fn moment(&self, moment: usize) -> MotionSample {
         let rows = &self.run.rows;
         let times = &self.recorded.times;
-        let time = self.time(moment).clamp(times[rows.start], times[rows.end - 1]);
+        let even = self.time(moment);
+        let time = even.clamp(times[rows.start], times[rows.end - 1]);
         let row = rows.start + times[rows.clone()].partition_point(|earlier| *earlier < time);
         let row = row.saturating_sub(1).clamp(rows.start, rows.end - 2);
         let states: Vec<[f64; 3]> = (0..self.joints).map(|joint| self.run.between(times, joint, row, time)).collect();
         let part = |part: usize| states.iter().map(|state| state[part]).collect();
-        MotionSample { position: part(0), velocity: part(1), acceleration: part(2) }
+        MotionSample { time: even, position: part(0), velocity: part(1), acceleration: part(2) }
     }
 }

@@ -1,10 +1,10 @@
-//! Readings of an arm whose joints are not quite where the robot's description has them.
+//! Readings of an arm whose joints are not quite where the robot's description, or their sensors, have them.
 //!
 //! ```text
 //!     r(x, δ) = r_0(x) + C δ
 //! ```
 //!
-//! `r_0` is the residual of the arm as it is described; `δ` says how far joints are displaced, aside (m) or tilted (rad), and a column of `C` what one
+//! `r_0` is the residual of the arm as it is described; `δ` says how far joints are displaced, aside (m) or tilted (rad), or, in motion, how far they bend (rad/(N·m)), and a column of `C` what one
 //! of its numbers does. `C` is a constant: who builds a problem takes it at the values from which that starts, and builds it anew at the solution until
 //! that stays where it is. Torques are linear in each displacement but for its square, a thousandth of what a millimetre or a milliradian does.
 
@@ -32,7 +32,7 @@ pub struct Displaced {
 }
 
 impl Displaced {
-    /// `columns`: of each number of the blocks `displacements`, one after the other, what a unit of it (m or rad) does to each row; `length`: how many numbers
+    /// `columns`: of each number of the blocks `displacements`, one after the other, what a unit of it does to each row; `length`: how many numbers
     /// store a block.
     pub fn new(
         described: Arc<dyn Residual>,

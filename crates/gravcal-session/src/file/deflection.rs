@@ -26,8 +26,8 @@ pub(super) struct DeflectionTable {
     pose_std_deg: Option<f64>,
     /// In proportion to the torque, one unknown for each joint; 0 where position sensors sit behind the gears and see what bends.
     ///
-    /// Default: stiff; an unknown of slow sweeps in recordings, of standstills whose errors beyond the noise may hide it, and of tables whose residuals show
-    /// friction.
+    /// Default: stiff; an unknown of arms in motion, of slow sweeps in recordings, of standstills whose errors beyond the noise may hide it, and of tables
+    /// whose residuals show friction or compliance.
     /// Example: `compliance_std_rad_per_newton_metre = 1e-4`
     compliance_std_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }

@@ -113,7 +113,11 @@ pub(super) fn check(context: &Context<'_>, session: &Session) -> Result<(), File
             session.inertia == InertiaPrior::Sweep,
             "moments by sweep are those of a standing arm: delete description in [inertia]",
         ),
-        (gives_way, "joints that give way are those of a standing arm: delete [deflection]"),
+        (
+            gives_way,
+            "how far joints give way in motion is an unknown by itself, and other deflections are those of a standing arm: delete \
+             [deflection], or say that joints do not bend (compliance_std_rad_per_newton_metre = 0)",
+        ),
         (deflection.reading_std.iter().any(|std| *std > 0.0), "positions are smoothed: delete readings.position.std"),
         (
             session.terms.of_positions().next().is_some(),

@@ -18,6 +18,9 @@ use super::motion::HarmonicMotion;
 /// Share of a joint's range that it uses.
 const REACH: f64 = 0.9;
 
+/// Beside a moment at which torques are differentiated by time, s.
+const STEP: f64 = 1e-3;
+
 /// One stretch of it.
 pub(super) struct Trajectory {
     period: f64,
@@ -67,6 +70,16 @@ pub(super) struct Dynamics<'s> {
     dynamics: InverseDynamics,
 }
 
+/// How far joints bend under what they carry at a moment, between their motors, where their position sensors sit, and the links.
+pub(super) struct Bent {
+    /// By joint, rad.
+    pub by: Vec<f64>,
+    /// Its derivative by time, rad/s.
+    pub rate: Vec<f64>,
+    /// What a rotor needs less than if it went as its joint does, N·m.
+    pub of_rotors: Vec<f64>,
+}
+
 /// The true rotor inertia of each joint; zero where it has none.
 fn rotors(simulation: &Simulation) -> Vec<f64> {
     let template = &simulation.template;
@@ -100,6 +113,30 @@ impl<'s> Dynamics<'s> {
             rotors: rotors(simulation),
             dynamics: InverseDynamics::new(chain),
         }
+    }
+
+    /// How the joints bend at a time of a trajectory of the links, s; zero where their position sensors see it.
+    pub fn bent(&mut self, trajectory: &Trajectory, time: f64) -> Bent {
+        let deflection = &self.simulation.disturbance.deflection;
+        let bends = |(joint, compliance): (usize, &f64)| (*compliance != 0.0).then_some((joint, *compliance));
+        let bending: Vec<(usize, f64)> = deflection.compliance.iter().enumerate().filter_map(bends).collect();
+        let [mut by, mut rate, mut of_rotors] = [(); 3].map(|()| vec![0.0; self.rotors.len()]);
+        if deflection.seen || bending.is_empty() {
+            return Bent { by, rate, of_rotors };
+        }
+        let [before, now, after] = [-STEP, 0.0, STEP].map(|step| {
+            let [coordinates, velocities, accelerations] = trajectory.at(time + step);
+            let torque = self.torques([&coordinates, &velocities, &accelerations]).to_vec();
+            let carried = torque.iter().zip(self.rotors.iter().zip(&accelerations));
+            carried.map(|(torque, (rotor, acceleration))| torque - rotor * acceleration).collect::<Vec<f64>>()
+        });
+        for (joint, compliance) in bending {
+            let second_derivative = (before[joint] - 2.0 * now[joint] + after[joint]) / (STEP * STEP);
+            by[joint] = compliance * now[joint];
+            rate[joint] = compliance * (after[joint] - before[joint]) / (2.0 * STEP);
+            of_rotors[joint] = self.rotors[joint] * compliance * second_derivative;
+        }
+        Bent { by, rate, of_rotors }
     }
 
     /// The torques that move it so.

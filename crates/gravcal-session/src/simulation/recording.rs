@@ -207,21 +207,31 @@ impl<'a> Recorder<'a> {
             let joint = |joint| DahlFriction::new(self.position_gain(joint));
             let mut built_up: Vec<DahlFriction> = (0..self.direction.len()).map(joint).collect();
             for sample in 0..self.motion.samples {
-                let [coordinates, velocities, accelerations] = trajectory.at(sample as f64 / self.motion.rate);
-                let sensors = coordinates.iter().zip(&simulation.truth.sensors);
+                let time = sample as f64 / self.motion.rate;
+                let [coordinates, velocities, accelerations] = trajectory.at(time);
+                let bent = dynamics.bent(&trajectory, time);
+                let sensed = coordinates.iter().zip(&bent.by).map(|(coordinate, by)| coordinate - by);
+                let sensors = sensed.zip(&simulation.truth.sensors);
                 let position: Vec<f64> =
-                    sensors.map(|(coordinate, [_, _, gain, offset])| (coordinate - offset) / gain).collect();
-                let velocity = self.velocities_told(&velocities);
+                    sensors.map(|(sensed, [_, _, gain, offset])| (sensed - offset) / gain).collect();
+                // Friction is on the motors' side of what bends.
+                let of_motors: Vec<f64> =
+                    velocities.iter().zip(&bent.rate).map(|(of_link, rate)| of_link - rate).collect();
+                let velocity = self.velocities_told(&of_motors);
                 self.direction = velocity.iter().map(|speed| speed.signum()).collect();
                 built_up.iter_mut().zip(&position).for_each(|(friction, reading)| friction.go(*reading));
                 let presliding = built_up.iter().map(DahlFriction::state).collect();
                 let conditions = Conditions { velocity, presliding, ..self.conditions(self.time()) };
-                let true_coordinates = simulation.coordinates(&position, &conditions);
+                let mut true_coordinates = simulation.coordinates(&position, &conditions);
+                true_coordinates.iter_mut().zip(&bent.by).for_each(|(coordinate, by)| *coordinate += by);
                 let mut torque = dynamics.torques([&true_coordinates, &velocities, &accelerations]).to_vec();
+                torque.iter_mut().zip(&bent.of_rotors).for_each(|(torque, less)| *torque -= less);
                 if let Some(bristles) = &mut self.bristles {
+                    let of_motors: Vec<f64> =
+                        coordinates.iter().zip(&bent.by).map(|(of_link, by)| of_link - by).collect();
                     match sample {
-                        0 => bristles.appear(coordinates),
-                        _ => bristles.go(&coordinates),
+                        0 => bristles.appear(of_motors),
+                        _ => bristles.go(&of_motors),
                     }
                     bristles.add_to(&mut torque);
                 }

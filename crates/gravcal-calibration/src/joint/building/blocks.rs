@@ -5,6 +5,7 @@ use gravcal_robot_model::parameter::{Parameter, ParameterId, SensorParameter};
 use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
 use crate::joint::building::axes;
+use crate::joint::building::bent_joints;
 use crate::joint::building::lengths;
 use crate::joint::building::placements::{add_placements, is_straight};
 use crate::joint::building::position_unknowns::add_unknowns;
@@ -12,7 +13,6 @@ use crate::joint::building::static_friction;
 use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::model_error::at_rest;
-use crate::joint::model_error::bending;
 use crate::joint::model_error::lasting;
 use crate::joint::problem::JointProblem;
 use crate::joint::variables::{State, VariableIndex, WithPayload};
@@ -37,7 +37,7 @@ pub(in crate::joint) fn add_unknown_blocks(
     let static_friction = static_friction::add_unknown(session, start, builder);
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
     let lasting = lasting::add_unknowns(session, readings, builder);
-    let bending = bending::add_unknown(session, readings, start, builder);
+    let bending = bent_joints::add_unknown(session, readings, start, builder);
     let lengths = lengths::add_unknown(session, readings, start, builder);
     let axes = axes::add_unknown(session, readings, start, builder);
     VariableIndex { position_unknowns, static_friction, at_rest, lasting, bending, lengths, axes, ..variables }

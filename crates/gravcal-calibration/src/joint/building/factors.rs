@@ -59,7 +59,9 @@ pub(in crate::joint) fn add_readings(
             None => residual,
         };
         let residual = match (&variables.bending, &readings.bending) {
-            (Some(unknown), Some(bending)) => bending.around((variables, &stored), unknown, pose, residual),
+            (Some(unknown), Some(bending)) => {
+                bending.around((session, variables, &stored), unknown, (pose, used), residual)
+            }
             _ => residual,
         };
         let factor = Factor { residual, noise, loss: Loss::None };

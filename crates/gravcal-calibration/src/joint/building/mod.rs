@@ -1,6 +1,7 @@
 //! The readings as one problem: every reading once, the unknowns it depends on, and what is known of these beforehand.
 
 pub(super) mod axes;
+mod bent_joints;
 pub(super) mod blocks;
 pub(super) mod build;
 pub(super) mod constraints;

@@ -9,7 +9,8 @@
 //! errors beyond the noise show that friction may hide it, it is an unknown; the gain's interval widens to what is known of it then. In slow
 //! sweeps it always is one: readings are so many that a gain is many standard deviations off before a test finds why. Arms
 //! of one or two joints are taken as stiff there: they sweep too few ways to tell.
-//! In tables it is one where residuals show friction or compliance (`in_tables.rs`).
+//! In tables it is one where residuals show friction or compliance (`in_tables.rs`). In motion it always is one, as in slow sweeps: what it does to the readings
+//! of windows is in `bending_in_motion.rs`.
 //!
 //! Its prior is zero give or take what bends the joint by [`DEFLECTION`] under the spread of its torque, as gears are built for what
 //! they carry. A session that declares compliances, or that there are none, has none of these unknowns, nor has one whose instruments
@@ -20,18 +21,19 @@
 use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::{Block, EvaluateError, ProblemBuilder, Residual, Values};
+use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::residuals::{Shift, Shifted};
-use gravcal_robot_model::session::{Pose, ReadingId, Session};
+use gravcal_robot_model::session::{Pose, ReadingId, Searched, Session};
 
+use crate::joint::bodies::inertia_in_pose;
 use crate::joint::building::sweep_moments::by_sweep;
-use crate::joint::measurement_set::{Bending, MeasurementSet};
+use crate::joint::measurement_set::{Bending, Effect, MeasurementSet};
 use crate::joint::model_error::at_rest::OfReadings;
+use crate::joint::model_error::bending_in_motion::effects_in_motion;
 use crate::joint::model_error::unexplained_size::spread;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
-use crate::joint::variables::{OfJoints, State, VariableIndex};
+use crate::joint::variables::{OfJoints, State};
 
 /// By how much the torques that a joint carries bend it, one standard deviation, rad: arms with harmonic drives bend by some milliradians.
 const DEFLECTION: f64 = 5e-3;
@@ -41,18 +43,20 @@ const LEAST_SHARE: f64 = 0.1;
 const FEWEST_JOINTS: usize = 3;
 /// Joints that bend otherwise by less than this change no torque by as much as it is known, rad: slow sweeps tell offsets to a few 1e-6.
 const SETTLED: f64 = 1e-7;
+/// The same of readings of an arm in motion, standard deviations of each.
+const SETTLED_READING: f64 = 0.01;
 /// Rounds in which what bends and what it carries come to agree: each makes the difference smaller by compliance times stiffness, a few per cent.
 const ROUNDS: usize = 8;
 /// By what share a standard deviation grows that is worth a remark.
 const REMARKABLE: f64 = 0.5;
 
 impl Bending {
-    /// Of slow sweeps, and of standstills whose errors show that friction may hide it; nothing where the session knows about it.
+    /// Of slow sweeps, of an arm in motion, and of standstills whose errors show that friction may hide it; nothing where the session knows about it.
     pub(in crate::joint) fn of(session: &Session, solved: &Solved) -> Result<Option<Bending>, EvaluateError> {
         let readings = solved.readings();
         let errs = (0..session.joints.len()).any(|joint| readings.errs_beyond_chance(session, joint));
         let looked_for = readings.bending.is_none() && readings.order == Order::Together;
-        let told = swept(session) && session.joints.len() >= FEWEST_JOINTS;
+        let told = (swept(session) || moves(session)) && session.joints.len() >= FEWEST_JOINTS;
         match (errs || told) && looked_for && may_bend(session) {
             true => Bending::as_built(session, solved).map(Some),
             false => Ok(None),
@@ -79,21 +83,9 @@ impl Bending {
             true => DEFLECTION / spread.max(LEAST_SHARE * largest),
             false => 0.0,
         };
-        Ok(Bending { std: spreads.iter().enumerate().map(std).collect(), torques })
-    }
-
-    /// The residual of a pose with the unknown around it.
-    pub(in crate::joint) fn around(
-        &self,
-        (variables, stored): (&VariableIndex, &Values),
-        unknown: &OfJoints,
-        pose: usize,
-        inner: Arc<dyn Residual>,
-    ) -> Arc<dyn Residual> {
-        let offset = |joint: usize| variables.sensors[joint][SensorParameter::PositionOffset as usize];
-        let shifted: Vec<Shift> =
-            unknown.joints.iter().map(|joint| Shift::of_scalar(offset(*joint), self.torques[pose][*joint])).collect();
-        Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
+        let std: Vec<f64> = spreads.iter().enumerate().map(std).collect();
+        let in_motion = effects_in_motion(session, solved.readings(), &solved.state(&State::nominal(session)), &std)?;
+        Ok(Bending { std, torques, in_motion })
     }
 }
 
@@ -102,9 +94,15 @@ pub(in crate::joint) fn swept(session: &Session) -> bool {
     session.fitted_recordings().any(|searched| searched.sweeps.is_some())
 }
 
-/// Whether joints stood or swept slowly, and nothing says how stiff they are. Where moments are those of sweeps, they leave too much of it open.
+/// Whether any pose that is fitted is a window of an arm in motion.
+fn moves(session: &Session) -> bool {
+    session.poses.iter().any(|pose| pose.course.is_some())
+}
+
+/// Whether joints stood, swept slowly or moved, and nothing says how stiff they are. Where moments are those of sweeps, they leave too much of it open.
 fn may_bend(session: &Session) -> bool {
-    session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some())
+    let found = |searched: &Searched| searched.standstills.is_some() || searched.sweeps.is_some();
+    (session.searched.iter().any(found) || moves(session))
         && !(swept(session) && by_sweep(session))
         && is_stiffness_unsaid(session)
 }
@@ -112,8 +110,7 @@ fn may_bend(session: &Session) -> bool {
 /// Whether joints are taken as stiff because nothing says otherwise, where the session could say it.
 pub(crate) fn is_stiffness_unsaid(session: &Session) -> bool {
     let deflection = &session.deflection;
-    session.searched.iter().all(|searched| searched.windows.is_none())
-        && !(deflection.stiff || deflection.hold_std.is_some() || deflection.pose_std.is_some())
+    !(deflection.stiff || deflection.hold_std.is_some() || deflection.pose_std.is_some())
         && session.compliances().is_empty()
         && session.instruments.is_empty()
         && session.residuals.is_empty()
@@ -138,39 +135,6 @@ fn carried_by_joints(session: &Session, state: &State) -> Vec<Vec<f64>> {
     (0..session.poses.len()).map(carried).collect()
 }
 
-/// Mass, kg, and first moment, kg·m, of each link with what it carries in a pose.
-pub(crate) fn inertia_in_pose(session: &Session, state: &State, pose: usize) -> Vec<[f64; 4]> {
-    let mut inertia = state.inertia.clone();
-    if let Some(load) = session.poses[pose].load {
-        let described = &session.loads[load];
-        let link = &mut inertia[described.link];
-        if described.is_unknown() {
-            let before = session.loads[..load].iter().filter(|other| other.is_unknown()).count();
-            link.copy_from_slice(&state.with_payloads[before][..4]);
-        } else {
-            let mass = session.load_mass(load).map_or(described.mass, |id| state.value(id));
-            let [x, y, z] = state.loads[load].map(|place| mass * place);
-            link.iter_mut().zip([mass, x, y, z]).for_each(|(number, of_load)| *number += of_load);
-        }
-    }
-    inertia
-}
-
-/// Adds the unknown of the joints that may bend, from where `start` has it.
-pub(in crate::joint) fn add_unknown(
-    session: &Session,
-    readings: &MeasurementSet,
-    start: &State,
-    builder: &mut ProblemBuilder,
-) -> Option<OfJoints> {
-    let block = |joints: &[usize]| {
-        let chain = session.robot.chain.joints();
-        let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
-        Block::vector("bending", "rad/(N·m)", &names)
-    };
-    OfJoints::add(block, &readings.bending.as_ref()?.std, &start.bending, builder)
-}
-
 impl Solved {
     /// The torque that the model gives a joint, N·m, by pose and joint: what bends it whether it stands or passes the angle slowly. Zero where it is
     /// not read, but for slow sweeps of a recording, in which a joint that stands may not be read because of its friction: moments of links tell it.
@@ -191,7 +155,7 @@ impl Solved {
         Ok(torques)
     }
 
-    /// Its readings with the torques that bend joints as it has them; nothing where joints bend by what it says already.
+    /// Its readings with the torques that bend joints, and what that does in motion, as it has them; nothing where joints bend by what it says already.
     pub(in crate::joint) fn bent_anew(&self, session: &Session) -> Result<Option<MeasurementSet>, EvaluateError> {
         let (Some(bending), Some(unknown)) = (&self.readings().bending, &self.built.variables.bending) else {
             return Ok(None);
@@ -200,16 +164,26 @@ impl Solved {
             return Ok(None);
         }
         let (torques, found) = (self.bending_torques(session)?, self.estimate.values.get(unknown.block));
-        let moves = |(new, old): (&Vec<f64>, &Vec<f64>)| {
+        let in_motion =
+            effects_in_motion(session, self.readings(), &self.state(&State::nominal(session)), &bending.std)?;
+        let moves = |(pose, (new, old)): (usize, (&Vec<f64>, &Vec<f64>))| {
             let of_joint = |(joint, compliance): (&usize, &f64)| (compliance * (new[*joint] - old[*joint])).abs();
-            unknown.joints.iter().zip(found).map(of_joint).fold(0.0, f64::max)
+            let stands = session.poses[pose].course.is_none();
+            unknown.joints.iter().zip(found).filter(|_| stands).map(of_joint).fold(0.0, f64::max)
         };
-        let largest = torques.iter().zip(&bending.torques).map(moves).fold(0.0, f64::max);
-        let anew = || MeasurementSet {
-            bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })),
-            ..self.readings().clone()
+        let largest = torques.iter().zip(&bending.torques).enumerate().map(moves).fold(0.0, f64::max);
+        let as_before = |id: &ReadingId| {
+            let of_joint = |(compliance, (new, old)): (&f64, (&Effect, &Effect))| {
+                compliance * (new[id.pose][id.channel] - old[id.pose][id.channel])
+            };
+            let moved: f64 = found.iter().zip(in_motion.iter().zip(&bending.in_motion)).map(of_joint).sum();
+            moved.abs() < SETTLED_READING * self.readings().std(session, *id)
         };
-        Ok((largest > SETTLED).then(anew))
+        if largest <= SETTLED && self.built.rows.iter().all(as_before) {
+            return Ok(None);
+        }
+        let bending = Bending { std: bending.std.clone(), torques, in_motion };
+        Ok(Some(MeasurementSet { bending: Some(Arc::new(bending)), ..self.readings().clone() }))
     }
 
     /// How far a joint bends, without its prior; nothing where that is no unknown, or the readings do not tell it.
@@ -229,7 +203,7 @@ impl Solved {
             bending.joints.iter().filter_map(|joint| self.widened_by_bending(session, bending, *joint)).collect();
         let most = widened.iter().map(|(_, times)| *times).reduce(f64::max)?;
         let names: Vec<&str> = widened.iter().map(|(name, _)| name.as_str()).collect();
-        let hidden = if swept(session) { "" } else { ", and friction hides how much" };
+        let hidden = if swept(session) || moves(session) { "" } else { ", and friction hides how much" };
         Some(format!(
             "Joints may bend under their torque, which position sensors on the motors' side do not see{hidden}: the \
              intervals of {} include it, and are up to {most:.1} times as wide as for stiff joints. If the position sensors sit \
@@ -301,15 +275,13 @@ mod tests {
         let looked_for = |session: &Session, solved: &Solved| Bending::of(session, solved).unwrap().is_some();
         assert!(looked_for(&session, &solved));
         let table = Session { searched: Vec::new(), ..session.clone() };
-        let mut moving = session.clone();
-        moving.searched[0].windows = Some(Default::default());
         let stiff = [
             Deflection { stiff: true, ..Deflection::default() },
             Deflection { hold_std: Some(1e-3), ..Deflection::default() },
             Deflection { pose_std: Some(1e-3), ..Deflection::default() },
         ];
         let stiff = stiff.map(|deflection| Session { deflection, ..session.clone() });
-        for other in stiff.iter().chain([&table, &moving]) {
+        for other in stiff.iter().chain([&table]) {
             assert!(!looked_for(other, &solved));
         }
         let (mut session, solved) = standing(1e-6);

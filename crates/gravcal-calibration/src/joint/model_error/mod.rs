@@ -2,6 +2,7 @@
 
 pub(super) mod at_rest;
 pub(super) mod bending;
+pub(super) mod bending_in_motion;
 pub(super) mod block_correlation;
 mod contradicted_description;
 pub(super) mod contradicted_priors;

@@ -16,6 +16,7 @@ use gravcal_robot_model::sweeps::find_sweeps;
 use crate::joint::building::build::{build_problem, build_with_constraints};
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::{Bending, MeasurementSet};
+use crate::joint::model_error::bending_in_motion::effects_in_motion;
 use crate::joint::problem::JointProblem;
 use crate::joint::reporting::smaller_models::smaller_models;
 use crate::joint::solved::Solved;
@@ -113,7 +114,8 @@ fn bending_as(
     found: &State,
 ) -> Result<MeasurementSet, EstimateError> {
     let Some(bending) = &fitted.bending else { return Ok(readings) };
-    let under = |torques| Some(Arc::new(Bending { std: bending.std.clone(), torques }));
+    let in_motion = effects_in_motion(unseen, &readings, found, &bending.std)?;
+    let under = |torques| Some(Arc::new(Bending { std: bending.std.clone(), torques, in_motion: in_motion.clone() }));
     let stiff = vec![vec![0.0; unseen.joints.len()]; unseen.poses.len()];
     let mut bent = MeasurementSet { bending: under(stiff), ..readings.clone() };
     // First what stiff joints would carry, then what those carry that bend by it.

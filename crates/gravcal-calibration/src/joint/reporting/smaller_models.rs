@@ -63,8 +63,8 @@ fn prediction(
     (unseen, none): (&BTreeSet<usize>, &[usize]),
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<HeldOut>, EstimateError> {
-    // What displaced joints do in motion is not what they do to an arm that stands.
-    let all = MeasurementSet { displaced: None, ..solved.readings().clone() };
+    // What displaced joints, and such as bend, do in motion is not what they do to an arm that stands.
+    let all = MeasurementSet { displaced: None, bending: None, ..solved.readings().clone() };
     let part = |held_out: bool| all.only(|id| unseen.contains(&id.pose) == held_out);
     let readings = if session.validation.is_empty() { part(false) } else { all.clone() };
     let mut start = solved.state(&State::nominal(session));

@@ -28,7 +28,7 @@ const ROUGH_TOLERANCE: f64 = 0.01;
 /// Noise that still changes by so much after so many rounds goes round in circles: the model explains too little for it to settle.
 const STEADY_ROUNDS: usize = 8;
 const STEADY: f64 = 0.1;
-/// How often, at most, what is constant in a solve is taken anew from its solution: the torques that bend joints, and what displacements of joints do.
+/// How often, at most, what is constant in a solve is taken anew from its solution: the torques that bend joints, what that does in motion, and what displacements of joints do.
 const FURTHER_TAKES: usize = 3;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;

@@ -194,7 +194,7 @@ impl Search<'_> {
     /// Of joints of which nothing says how they bend.
     fn stiffness(&self) -> Exact {
         let in_motion = self.session.has_windows();
-        let unsaid = is_stiffness_unsaid(self.session) || in_motion;
+        let unsaid = is_stiffness_unsaid(self.session) || (in_motion && !self.session.deflection.stiff);
         let may_bend = |joint: &usize| unsaid && !self.solved.has_bending(*joint);
         let joints = (0..self.session.joints.len()).filter(may_bend);
         Exact {

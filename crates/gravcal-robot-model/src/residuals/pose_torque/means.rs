@@ -251,6 +251,7 @@ mod tests {
     fn course() -> Course {
         let at = |t: usize, joint: usize, phase: f64| (0.7 * t as f64 + joint as f64 + phase).sin();
         let sample = |t: usize| MotionSample {
+            time: t as f64,
             position: (0..3).map(|joint| at(t, joint, 0.0)).collect(),
             velocity: (0..3).map(|joint| 2.0 * at(t, joint, 1.0)).collect(),
             acceleration: (0..3).map(|joint| 5.0 * at(t, joint, 2.0)).collect(),

@@ -12,7 +12,7 @@
 //!
 //! Terms of torque sensors see the window's mean torque and coordinates, and conditions that are means over the window: exact for what is
 //! linear in them (friction, drift, crosstalk), and for what is bent as far as they change little within a window. Terms of position sensors
-//! and joints that give way have no place here.
+//! have no place here; joints that bend are around it (see [`Displaced`](crate::residuals::Displaced)).
 
 use std::cell::RefCell;
 use std::ops::Range;

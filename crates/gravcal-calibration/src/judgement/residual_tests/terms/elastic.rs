@@ -82,7 +82,7 @@ pub fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<Strin
     let (channels, [least, most], p) = together(tests)?;
     let size = from_to(least, most, tests);
     let spoilt = tests.iter().any(|test| test.spoils_intervals);
-    let in_fit = !spoilt && tests.iter().any(|test| test.in_noise >= MATTERS);
+    let in_fit = !spoilt && !session.deflection.stiff && tests.iter().any(|test| test.in_noise >= MATTERS);
     let consequence = match in_fit {
         _ if spoilt => WIDENED,
         true => "It is an unknown of the estimate, and intervals allow for it.",
@@ -91,6 +91,9 @@ pub fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<Strin
     // What gives way moves instruments, which only deflections of unknown cause can say.
     let cure = match session.instruments.is_empty() {
         true if in_fit => "Heavier loads tell it from position gains.".into(),
+        true if session.deflection.stiff => {
+            "Position sensors that sit behind the gears would see it: leave out [deflection] compliance_std_rad_per_newton_metre = 0 if they do not.".into()
+        }
         true if session.has_windows() => {
             "Only standstills tell how joints give way: record them (readings.still), and calibrate them by themselves with [deflection].".into()
         }

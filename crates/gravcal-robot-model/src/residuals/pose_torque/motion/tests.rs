@@ -15,6 +15,7 @@ const POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
 /// A window of three samples; standing, where the arm does not move.
 fn course(moving: f64) -> Arc<Course> {
     let sample = |shift: f64| MotionSample {
+        time: shift,
         position: POSITIONS.iter().map(|q| q + moving * shift).collect(),
         velocity: [1.3, -0.4, 0.9].map(|v| moving * (v + shift)).to_vec(),
         acceleration: [-2.0, 1.1, 0.6].map(|a| moving * (a - shift)).to_vec(),
