@@ -15,10 +15,12 @@ pub struct Arm {
     pub tip: &'static str,
     /// The load, kg.
     pub load: f64,
+    /// How long a period of its motion is, s: so long that joints go no faster than theirs can.
+    pub period: f64,
 }
 
-/// Name, file, base, tip, load in kg and names of the joints.
-type Urdf = (&'static str, &'static str, &'static str, &'static str, f64, &'static [&'static str]);
+/// Name, file, base, tip, load in kg, period in s and names of the joints.
+type Urdf = (&'static str, &'static str, &'static str, &'static str, f64, f64, &'static [&'static str]);
 
 const URDFS: [Urdf; 3] = [
     (
@@ -27,6 +29,7 @@ const URDFS: [Urdf; 3] = [
         "base",
         "iiwa_link_7",
         5.0,
+        20.0,
         &[
             "iiwa_joint_1",
             "iiwa_joint_2",
@@ -43,6 +46,7 @@ const URDFS: [Urdf; 3] = [
         "base_link_inertia",
         "wrist_3_link",
         5.0,
+        60.0,
         &[
             "shoulder_pan_joint",
             "shoulder_lift_joint",
@@ -58,6 +62,7 @@ const URDFS: [Urdf; 3] = [
         "base_link",
         "bracelet_link",
         2.0,
+        20.0,
         &["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6", "joint_7"],
     ),
 ];
@@ -73,16 +78,18 @@ pub fn arms(in_motion: bool) -> Vec<Arm> {
         urdf: None,
         tip: "link7",
         load: 5.0,
+        period: 20.0,
     };
     let shared = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(|| here.join("../../shared/data"), PathBuf::from);
     let there = URDFS.iter().map(|urdf| (shared.join("urdf").join(urdf.1), urdf)).filter(|(path, _)| path.is_file());
-    let of_urdf = |(path, (name, _, base, tip, load, joints)): (PathBuf, &Urdf)| Arm {
+    let of_urdf = |(path, (name, _, base, tip, load, period, joints)): (PathBuf, &Urdf)| Arm {
         name,
         robot: format!("{{ urdf = {:?}, base = {base:?}, tip = {tip:?} }}", path.to_string_lossy()),
         urdf: Some(path),
         joints: joints.iter().map(ToString::to_string).collect(),
         tip,
         load: *load,
+        period: *period,
     };
     let first = (!in_motion).then_some(own);
     let others = there.map(of_urdf).skip(usize::from(!in_motion));

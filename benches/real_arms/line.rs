@@ -12,10 +12,9 @@ const TORQUE: f64 = 0.03;
 const POSITION: f64 = 1e-5;
 /// Samples of a dwell: 1.5 s at 200 Hz.
 const DWELL: usize = 300;
-/// Of an arm in motion: samples of a stretch, stretches of a table, and how long a period is, s.
+/// Of an arm in motion: samples of a stretch, and stretches of a table.
 const STRETCH: usize = 4000;
 const STRETCHES: usize = 2;
-const PERIOD: f64 = 20.0;
 
 /// Postures in which each joint sweeps, how far, rad, and how far from the middle it and others may stand.
 const POSTURES: usize = 3;
@@ -52,7 +51,7 @@ pub enum Line {
     Drift,
     /// Position readings with a harmonic of 1e-3 rad.
     Harmonics,
-    /// Joints bend by 1e-4 rad for each N·m, which their sensors do not see.
+    /// Joints sag by 1e-4 rad for each N·m, which their sensors do not see.
     Elastic,
     /// The torque columns of two joints are swapped.
     Swapped,
@@ -138,10 +137,10 @@ impl Setting {
         );
         text += &self.recording();
         if self.from == Source::Motion {
-            text += &format!("motion = {{ harmonics = 5, period_s = {PERIOD}, seed = {number} }}\n");
+            text += &format!("motion = {{ harmonics = 5, period_s = {}, seed = {number} }}\n", arm.period);
         }
         if self.line == Line::Elastic {
-            text += "[deflection]\ncompliance_rad_per_newton_metre = 1e-4\n";
+            text += "[deflection]\ncompliance_rad_per_newton_metre = -1e-4\n";
         }
         for (index, joint) in arm.joints.iter().enumerate() {
             let [gain, bias] = [1.0 + normal(&mut random, 0.03), normal(&mut random, 0.3)];

@@ -39,6 +39,7 @@ use crate::joint::identifiability::untold_noise::untold_beside_earlier;
 use crate::joint::measurement_set::MeasurementSet;
 use crate::joint::mistakes::evident::evident_mistake;
 use crate::joint::mistakes::search::contradicting_mistake;
+use crate::joint::model_error::bending_in_motion::UnresolvedBending;
 use crate::joint::model_error::settling::LeftToSettle;
 use crate::joint::order::Order;
 use crate::joint::reporting::answer::{Answer, LookedForMistakes};
@@ -235,10 +236,12 @@ fn answer_as_modelled(
     let LeftToSettle { moved: by_settling, told: settles } = solved.left_to_settle(session)?;
     let (by_speed, uneven) = solved.moved_by_uneven_sweeps(session)?;
     let (by_load, hidden) = (solved.moved_by_friction_of_load(session), solved.moved_by_hidden_friction(session));
-    let moved = [moved, by_load, hidden, by_settling, by_speed].concat();
+    let UnresolvedBending { moved: by_bending, told: bends } = solved.unresolved_bending(session)?;
+    let moved = [moved, by_load, hidden, by_settling, by_speed, by_bending].concat();
     let solved = solved.widened_by_missing_terms(&moved);
     let answer = Answer::of(session, solved, judgement, (misfit, pose_errors), (origin, tests))?;
-    Ok(Answer { taken_as_exact, settles, uneven, mistakes: LookedForMistakes { doubtful, found: mistake }, ..answer })
+    let mistakes = LookedForMistakes { doubtful, found: mistake };
+    Ok(Answer { taken_as_exact, settles, bends, uneven, mistakes, ..answer })
 }
 
 /// The answer, and what it is worth.

@@ -30,6 +30,8 @@ pub(in crate::joint) struct Answer {
     pub unexplained: Vec<Option<UnexplainedResult>>,
     /// What readings still settle, in words, and whether intervals that allow for it hold.
     pub settles: Option<(bool, String)>,
+    /// How badly is known what bending does in motion, in words, and whether intervals that allow for it hold.
+    pub bends: Option<(bool, String)>,
     /// Sweeps that run faster one way than the other, in words.
     pub uneven: Option<String>,
     /// What the session may have got wrong.
@@ -64,6 +66,7 @@ impl Answer {
             pose_errors,
             taken_as_exact: Vec::new(),
             settles: None,
+            bends: None,
             uneven: None,
             mistakes: LookedForMistakes::default(),
             solved,

@@ -115,10 +115,8 @@ impl Answer {
 
     /// Readings that are off in ways of which residuals say nothing.
     fn remark_on_shifted_readings(&self, findings: &mut Findings) {
-        match self.settles.clone() {
-            Some((true, remark)) => findings.remark(remark),
-            Some((false, reason)) => findings.doubt_for(reason),
-            None => {}
+        for (holds, told) in [&self.settles, &self.bends].into_iter().flatten().cloned() {
+            if holds { findings.remark(told) } else { findings.doubt_for(told) }
         }
         self.uneven.clone().into_iter().for_each(|remark| findings.remark(remark));
     }
