@@ -53,6 +53,9 @@ poses = 2
 load = "plate"
 "#;
 
+/// What is said of an arm that moves too fast for it to be known well how its joints bend.
+const FAST: &str = "The arm moves so fast";
+
 fn simulation(folder: &Path, text: &str) -> Simulation {
     let link = |name: &str| LINK.replace("NAME", name);
     let joint = |name: &str, parent: &str, child: &str| {
@@ -178,6 +181,7 @@ fn joints_that_bend_in_motion_are_identified() {
     let files = write_session(&simulation, 0, folder.path(), false).unwrap();
     let session = read_session(&files[0]).unwrap();
     let result = is_identified(&simulation, &session);
+    assert!(!result.notes.iter().any(|note| note.contains(FAST)), "{:?}", result.notes);
     let stiff = fs::read_to_string(&files[0]).unwrap() + "\n[deflection]\ncompliance_std_rad_per_newton_metre = 0\n";
     fs::write(&files[0], stiff).unwrap();
     let taken_as_stiff = estimated(&read_session(&files[0]).unwrap());
@@ -191,6 +195,18 @@ fn joints_that_bend_in_motion_are_identified() {
     let told: Vec<&ResidualTest> = result.residual_tests.iter().filter(|test| named(test)).collect();
     assert!(!told.is_empty(), "{:?}", result.notes);
     assert!(told.iter().all(|test| !test.spoils_intervals && (test.size + 3e-4).abs() < 1e-4), "{told:?}");
+}
+
+/// Joints ten times as soft: the arm moves near the frequency at which it swings on its gears. Intervals hold all the same, and the report says what to do.
+#[test]
+fn how_joints_bend_in_fast_motion_is_allowed_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = SIMULATION.replace("[recording]", "[deflection]\ncompliance_rad_per_newton_metre = -3e-3\n[recording]");
+    let simulation = simulation(folder.path(), &text.replace("samples = 3000", "samples = 6000"));
+    let files = write_session(&simulation, 0, folder.path(), false).unwrap();
+    let result = is_identified(&simulation, &read_session(&files[0]).unwrap());
+    let told = result.notes.iter().find(|note| note.contains(FAST)).unwrap_or_else(|| panic!("{:?}", result.notes));
+    assert!(told.contains("Intervals allow for it. Move more slowly"), "{told}");
 }
 
 /// Moves from pose to pose take the torques of inertia as well: read as motion they tell the same.

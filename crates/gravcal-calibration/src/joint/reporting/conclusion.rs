@@ -11,7 +11,7 @@ use crate::joint::order::Order;
 use crate::joint::reporting::answer::Answer;
 use crate::joint::reporting::findings::verdict::Findings;
 use crate::joint::solved::Solved;
-use crate::judgement::far_off;
+use crate::judgement::{far_off, off_together};
 use crate::result::Verdict;
 
 /// Said where there was no time for all.
@@ -73,6 +73,7 @@ impl Answer {
             .chain(solved.tilts_found(session));
         of_joints.for_each(|remark| findings.remark(remark));
         self.remark_on_shifted_readings(&mut findings);
+        off_together(session, &self.parameters).into_iter().for_each(|remark| findings.remark(remark));
         self.remark_on_exact().into_iter().for_each(|remark| findings.remark(remark));
         self.remark_on_contradictions(session, &mut findings)?;
         self.remark_on_unexplained(session, &mut findings)?;

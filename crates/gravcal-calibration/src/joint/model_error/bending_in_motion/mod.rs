@@ -10,6 +10,7 @@
 //! a compliance does to the readings, `C_j`, is a constant of each fit. It is a secant: at the compliances of a solution all joints together do exactly
 //! what they do there. How well that is known numerically says `unresolved.rs`.
 
+mod bent_arm;
 mod carried;
 mod derivatives;
 mod moments;
@@ -20,10 +21,8 @@ pub(in crate::joint) use unresolved::UnresolvedBending;
 use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_robot_model::session::Session;
 
-use crate::joint::building::displacements::predictions;
 use crate::joint::measurement_set::{Effect, MeasurementSet};
-use crate::joint::model_error::bending_in_motion::carried::Carried;
-use crate::joint::model_error::bending_in_motion::moments::Moments;
+use crate::joint::model_error::bending_in_motion::bent_arm::{BentArm, compliances, difference};
 use crate::joint::variables::State;
 
 /// A compliance that is a larger share of its prior's standard deviation is itself the step of its secant; else the step is this share.
@@ -54,46 +53,4 @@ pub(in crate::joint) fn effects_in_motion(
     let predicted = in_parallel(0..=bending.len(), predicted).into_iter().collect::<Result<Vec<Effect>, _>>()?;
     let effect = |(joint, pair): (&usize, &[Effect])| difference(&pair[1], &pair[0], 1.0 / step(*joint));
     Ok(bending.iter().zip(predicted.windows(2)).map(effect).collect())
-}
-
-/// How far joints bend as the state has it, rad/(N·m).
-fn compliances(state: &State, joints: usize) -> Vec<f64> {
-    (0..joints).map(|joint| state.bending.get(joint).copied().unwrap_or(0.0)).collect()
-}
-
-/// One effect less another, times a factor.
-fn difference(one: &Effect, other: &Effect, times: f64) -> Effect {
-    let of_pose = |(one, other): (&Vec<f64>, &Vec<f64>)| {
-        one.iter().zip(other).map(|(one, other)| times * (one - other)).collect()
-    };
-    one.iter().zip(other).map(of_pose).collect()
-}
-
-/// An arm that moved, with what its joints carry and what its readings would be if they bent.
-struct BentArm<'a> {
-    /// Without what recordings were searched for: that is large, and no prediction reads it.
-    session: Session,
-    readings: &'a MeasurementSet,
-    state: &'a State,
-    /// The same without rotor inertias: rotors move as their sensors read, whatever bends behind them.
-    of_links: State,
-    moments: Moments,
-}
-
-impl<'a> BentArm<'a> {
-    /// Nothing where there are no windows.
-    fn of(session: &Session, readings: &'a MeasurementSet, state: &'a State) -> Option<Self> {
-        session.poses.iter().any(|pose| pose.course.is_some()).then(|| {
-            let mut of_links = state.clone();
-            session.rotors.iter().flatten().for_each(|place| of_links.further[*place] = 0.0);
-            let session = Session { searched: Vec::new(), validation: Vec::new(), ..session.clone() };
-            BentArm { moments: Moments::of(&session), session, readings, state, of_links }
-        })
-    }
-
-    /// Readings of links whose joints bend by these compliances under what they carry.
-    fn predictions(&self, compliances: &[f64], carried: &Carried) -> Result<Effect, EvaluateError> {
-        let beyond = self.moments.session_read_beyond(&self.session, self.state, compliances, carried);
-        predictions(&beyond, self.readings, &self.of_links, &self.session.robot.chain)
-    }
 }

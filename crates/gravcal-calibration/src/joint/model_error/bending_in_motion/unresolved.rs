@@ -5,8 +5,8 @@ use gravcal_estimation::statistics::StatisticsError;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
+use crate::joint::model_error::bending_in_motion::bent_arm::{BentArm, compliances, difference};
 use crate::joint::model_error::bending_in_motion::carried::WIDTHS;
-use crate::joint::model_error::bending_in_motion::{BentArm, compliances, difference};
 use crate::joint::solved::Solved;
 use crate::joint::variables::State;
 
