@@ -125,7 +125,7 @@ fn gravity(result: &EstimatorResult) -> String {
     let [x, y, z] = [0, 1, 2].map(|axis| short(gravity.vector_m_per_s2[axis], gravity.std_m_per_s2[axis]));
     let tilt = measured(tilt(gravity.vector_m_per_s2).to_degrees(), gravity.cone95_deg).0;
     let cone = significant(gravity.cone95_deg, 2);
-    wrapped("", "  ", &format!("gravity  {x} {y} {z} m/s², tilt {tilt} deg, cone95 {cone} deg"))
+    wrapped("", "  ", &format!("gravity  {x} {y} {z} m/s², tilt {tilt} deg, direction ± {cone} deg (95 %)"))
 }
 
 fn payloads(result: &EstimatorResult) -> String {

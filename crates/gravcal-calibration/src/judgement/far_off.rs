@@ -9,7 +9,7 @@ use gravcal_dynamics::JointKind;
 use gravcal_recording::PositionUnit;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{Load, Session};
 
 use super::gains_of_instruments;
 use crate::result::{EstimatorResult, ParameterResult, deciding};
@@ -26,6 +26,9 @@ const ONE_FACTOR: f64 = 0.2;
 const BEYOND_SCATTER: f64 = 3.0;
 /// Sensors that read the torque itself, all off by one factor beyond this: rather the load's mass is, than all of them alike.
 const FAR_TOGETHER: f64 = 1.3;
+/// Where they are off by one factor beyond this share, that is worth a remark if they are so many at least.
+const REMARKABLE: f64 = 0.03;
+const FEWEST: usize = 3;
 
 /// What the values of the estimator that decides make doubtful of the session, in sentences; see [`Session::doubts`] for what is doubtful
 /// before anything is solved.
@@ -67,7 +70,7 @@ fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
         .collect();
     let (most, least) =
         all.iter().fold((0.0_f64, f64::MAX), |(most, least), gain| (most.max(gain.ratio), least.min(gain.ratio)));
-    let alike = most < (1.0 + ONE_FACTOR) * least || are_off_together(&all);
+    let alike = most < (1.0 + ONE_FACTOR) * least || are_off_together(&ratios(&all));
     let one_factor = all.iter().all(|gain| gain.together) && alike;
     if all.len() > 1 && (one_factor || all.iter().all(|gain| gain.far) && most < FAR * least) {
         return vec![of_all(session, least, most)];
@@ -76,12 +79,52 @@ fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
 }
 
 /// Whether gains are off by one factor, and each by a little of its own.
-fn are_off_together(gains: &[Gain]) -> bool {
-    let logarithms = || gains.iter().map(|gain| gain.ratio.ln());
-    let count = gains.len() as f64;
+fn are_off_together(ratios: &[f64]) -> bool {
+    let logarithms = || ratios.iter().map(|ratio| ratio.ln());
+    let count = ratios.len() as f64;
     let mean = logarithms().sum::<f64>() / count;
     let scatter = (logarithms().map(|own| (own - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt();
     mean.abs() > BEYOND_SCATTER * scatter
+}
+
+fn ratios(gains: &[Gain]) -> Vec<f64> {
+    gains.iter().map(|gain| gain.ratio).collect()
+}
+
+/// What gains of sensors that read the torque itself say where all are off by nearly one factor, which is too near to 1 to leave all in doubt: if sensors are as
+/// nominal, the loads are not as heavy as stated.
+pub(crate) fn off_together(session: &Session, parameters: &[ParameterResult]) -> Option<String> {
+    let reads_torque = (0..session.joints.len()).filter(|joint| reads_torque(session, *joint));
+    let found: Vec<Reported> = reads_torque
+        .filter_map(|joint| Reported::of(session, parameters, joint, SensorParameter::TorqueGain))
+        .filter(|reported| reported.value * reported.nominal > 0.0)
+        .collect();
+    let ends = || found.iter().flat_map(|reported| reported.interval.map(|end| end / reported.nominal));
+    let beyond = ends().all(|end| end > 1.0 + REMARKABLE) || ends().all(|end| end < 1.0 - REMARKABLE);
+    let mut ratios: Vec<f64> = found.iter().map(|reported| reported.value / reported.nominal).collect();
+    let carried = carried_loads(session);
+    if ratios.len() < FEWEST || !beyond || carried.is_empty() || !are_off_together(&ratios) {
+        return None;
+    }
+    ratios.sort_by(f64::total_cmp);
+    let mean = (ratios.iter().map(|ratio| ratio.ln()).sum::<f64>() / ratios.len() as f64).exp();
+    let masses: Vec<String> = carried
+        .iter()
+        .map(|load| format!("{} {} kg and not {} kg", load.name, significant(mean * load.mass, 3), load.mass))
+        .collect();
+    Some(format!(
+        "All torque gains are {} to {} times what is nominal, as if the sensors were right and the loads had another mass than stated: {}. Weigh them again.",
+        significant(ratios[0], 3),
+        significant(ratios[ratios.len() - 1], 3),
+        masses.join(", ")
+    ))
+}
+
+/// Loads that any pose carries, and whose masses are stated.
+fn carried_loads(session: &Session) -> Vec<&Load> {
+    let carried = session.loads.iter().enumerate().filter(|(_, load)| !load.is_unknown());
+    let carried = carried.filter(|(load, _)| session.poses.iter().any(|pose| pose.load == Some(*load)));
+    carried.map(|(_, load)| load).collect()
 }
 
 /// Whether the sensor's nominal gain is what its unit says, and no rough guess.
@@ -94,9 +137,8 @@ fn of_all(session: &Session, least: f64, most: f64) -> String {
         true => significant((least * most).sqrt(), 2),
         false => format!("{} to {}", significant(least, 2), significant(most, 2)),
     };
-    let carried = session.loads.iter().enumerate().filter(|(_, load)| !load.is_unknown());
-    let carried = carried.filter(|(load, _)| session.poses.iter().any(|pose| pose.load == Some(*load)));
-    let masses: Vec<String> = carried.map(|(_, load)| format!("{} {} kg", load.name, load.mass)).collect();
+    let masses: Vec<String> =
+        carried_loads(session).iter().map(|load| format!("{} {} kg", load.name, load.mass)).collect();
     let likely = match masses.as_slice() {
         [] => "are the stated masses in kg?".to_owned(),
         [only] => format!("is the load's mass in kg (mass_kg: {only})?"),
@@ -236,6 +278,16 @@ mod tests {
         assert!(of_scattered.len() == 1 && of_scattered[0].starts_with("All torque gains are 0.3"), "{of_scattered:?}");
         session.loads.iter_mut().for_each(|load| load.mass /= 2.2 / 1.1);
         assert_eq!(self::doubts(&session), (Verdict::Determined, vec![]), "a tenth is calibration");
+        let remark = |session: &Session| estimate(session).notes.into_iter().find(|note| note.contains("Weigh"));
+        // Sensors as they are said to be, but for a hundredth, and a load that is said to be a tenth heavier than it is.
+        let gain = |joint: usize| sarcos_shoulder().truth.sensors[joint][SensorParameter::TorqueGain as usize];
+        for (joint, share) in [0.99, 1.0, 1.01].into_iter().enumerate() {
+            session.joints[joint].parameters[SensorParameter::TorqueGain as usize].nominal = share * gain(joint);
+        }
+        let told = remark(&session).unwrap();
+        assert!(told.contains("plate-a 1.73 kg and not 1.89"), "{told}");
+        session.loads.iter_mut().for_each(|load| load.mass /= 1.1);
+        assert_eq!(remark(&session), None);
     }
 
     #[test]

@@ -21,7 +21,7 @@ pub(crate) use concerns::concerns;
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Asked, Judgement, asked, limits_of_use};
 pub use far_off::doubts_of_results;
-pub(crate) use far_off::far_off;
+pub(crate) use far_off::{far_off, off_together};
 pub(crate) use fit::{explained, fit, held_out};
 pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;

@@ -1,4 +1,6 @@
-//! Joints whose position readings never change.
+//! Sensors whose readings never change, or are not there.
+
+use gravcal_robot_model::session::Session;
 
 use crate::testing::sarcos_shoulder;
 
@@ -15,4 +17,18 @@ fn positions_that_stay_are_reported_where_others_move() {
         "{reported}"
     );
     assert!(unmoved.stuck_positions_remark().unwrap().contains("other joints move: joint3 (0.250000 rad). Where"));
+}
+
+/// A file of which no torque is read, as its columns hold no numbers, is named; one in which single joints are read is not.
+#[test]
+fn files_without_a_torque_are_named() {
+    let mut session = sarcos_shoulder().session(0);
+    let doubts = |session: &Session| session.find_doubts().into_iter().find(|doubt| doubt.contains("No torque"));
+    assert_eq!(doubts(&session), None);
+    let table = session.poses[0].table;
+    let of_table = session.poses.iter().filter(|pose| pose.table == table).count();
+    session.poses.iter_mut().filter(|pose| pose.table == table).for_each(|pose| pose.torque.fill(None));
+    let told = doubts(&session).unwrap();
+    let file = gravcal_recording::file_name(&session.tables[table].path);
+    assert!(told.contains(&format!("counts in {file} ({of_table} poses):")), "{told}");
 }

@@ -1,6 +1,6 @@
 //! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, loads that hang far off, gravity of another planet,
 //! positions and torques in another unit than declared, of another joint than their columns name or of two joints that are read as one's, sensors that are
-//! stuck or at an end of their range, single readings that are nothing like all others, rows of an arm in motion that are taken as static poses, and recordings of two sources or of which a part is lost.
+//! stuck or at an end of their range, single readings that are nothing like all others, rows of an arm in motion that are taken as static poses, files without a torque, and recordings of two sources or of which a part is lost.
 
 mod clipped;
 mod columns;
@@ -15,6 +15,7 @@ mod stated;
 mod stuck;
 mod torques;
 mod unit;
+mod unread;
 mod wrong_cells;
 
 pub use motion::Joined;
@@ -31,6 +32,7 @@ impl Session {
         let units = positions.into_iter().chain(torques::doubt(self, positions::are_in_another_unit(self)));
         columns
             .chain(units)
+            .chain(unread::doubt(self))
             .chain(wrong_cells::doubts(self))
             .chain(stuck::doubts(self))
             .chain(clipped::doubts(self))

@@ -199,10 +199,10 @@ pub struct DeflectionTable {
     /// Example: `seen = true`
     #[serde(default)]
     pub seen: bool,
-    /// In proportion to the torque; one for all joints or a list.
+    /// In proportion to the torque that carries the arm; one for all joints or a list. Negative for joints that sag under it, as gears do.
     ///
     /// Default: 0.
-    /// Example: `compliance_rad_per_newton_metre = 1e-4`
+    /// Example: `compliance_rad_per_newton_metre = -1e-4`
     pub compliance_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
 
