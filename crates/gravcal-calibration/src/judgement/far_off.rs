@@ -94,11 +94,18 @@ fn ratios(gains: &[Gain]) -> Vec<f64> {
 /// What gains of sensors that read the torque itself say where all are off by nearly one factor, which is too near to 1 to leave all in doubt: if sensors are as
 /// nominal, the loads are not as heavy as stated.
 pub(crate) fn off_together(session: &Session, parameters: &[ParameterResult]) -> Option<String> {
-    let reads_torque = (0..session.joints.len()).filter(|joint| reads_torque(session, *joint));
-    let found: Vec<Reported> = reads_torque
-        .filter_map(|joint| Reported::of(session, parameters, joint, SensorParameter::TorqueGain))
+    let is_read = |joint: &usize| session.poses.iter().any(|pose| pose.torque[*joint].is_some());
+    let read: Vec<usize> = (0..session.joints.len()).filter(is_read).collect();
+    let found: Vec<Reported> = read
+        .iter()
+        .filter(|joint| reads_torque(session, **joint))
+        .filter_map(|joint| Reported::of(session, parameters, *joint, SensorParameter::TorqueGain))
         .filter(|reported| reported.value * reported.nominal > 0.0)
         .collect();
+    // A gain that is not told, or not known, may contradict the others.
+    if found.len() < read.len() || !far_off(session, parameters).is_empty() {
+        return None;
+    }
     let ends = || found.iter().flat_map(|reported| reported.interval.map(|end| end / reported.nominal));
     let beyond = ends().all(|end| end > 1.0 + REMARKABLE) || ends().all(|end| end < 1.0 - REMARKABLE);
     let mut ratios: Vec<f64> = found.iter().map(|reported| reported.value / reported.nominal).collect();
@@ -113,9 +120,9 @@ pub(crate) fn off_together(session: &Session, parameters: &[ParameterResult]) ->
         .map(|load| format!("{} {} kg and not {} kg", load.name, significant(mean * load.mass, 3), load.mass))
         .collect();
     Some(format!(
-        "All torque gains are {} to {} times what is nominal, as if the sensors were right and the loads had another mass than stated: {}. Weigh them again.",
-        significant(ratios[0], 3),
-        significant(ratios[ratios.len() - 1], 3),
+        "All torque gains are {} to {} times what is nominal, as if the sensors were right and each load had another mass than stated: {}. Weigh again.",
+        significant(ratios[0], 4),
+        significant(ratios[ratios.len() - 1], 4),
         masses.join(", ")
     ))
 }

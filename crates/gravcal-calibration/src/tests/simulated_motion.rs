@@ -197,7 +197,7 @@ fn joints_that_bend_in_motion_are_identified() {
     assert!(told.iter().all(|test| !test.spoils_intervals && (test.size + 3e-4).abs() < 1e-4), "{told:?}");
 }
 
-/// Joints ten times as soft: the arm moves near the frequency at which it swings on its gears. Intervals hold all the same, and the report says what to do.
+/// Joints ten times as soft: over how many moments torques are followed moves numbers by more than half a standard deviation. Intervals hold all the same, and the report says what to do.
 #[test]
 fn how_joints_bend_in_fast_motion_is_allowed_for() {
     let folder = tempfile::tempdir().unwrap();

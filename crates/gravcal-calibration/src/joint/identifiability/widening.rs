@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 1 | as the session chooses (`uncertainty.rs`): of the noise, times the misfit, no smaller than the jackknife's; sandwich; bootstrap | readings may err by more than their noise |
 //! | 2 | each times the largest factor that places nearby, other ends and profiles give | all three ask by how much the linear model is too sure: of answers to one question the largest counts |
-//! | 3 | `√(σ² + Σ Δ²)`: by each `Δ` a term moves the number that residuals show, and the model lacks | such an error has nothing to do with the others: squares add up |
+//! | 3 | `√(σ² + Σ Δ²)`: by each `Δ` an error moves the number that residuals or the recording show, and the model lacks | such an error has nothing to do with the others: squares add up |
 //!
 //! The factors of the second are those by which the noise's standard deviations are too small, whichever the session chooses. What is determined is
 //! judged after it: a term that the model lacks widens a number's interval, and does not take the number away.

@@ -10,7 +10,7 @@
 //! sweeps it always is one: readings are so many that a gain is many standard deviations off before a test finds why. Arms
 //! of one or two joints are taken as stiff there: they sweep too few ways to tell.
 //! In tables it is one where residuals show friction or compliance (`in_tables.rs`). In motion it always is one, as in slow sweeps: what it does to the readings
-//! of windows is in `bending_in_motion.rs`.
+//! of windows is in `bending_in_motion/`.
 //!
 //! Its prior is zero give or take what bends the joint by [`DEFLECTION`] under the spread of its torque, as gears are built for what
 //! they carry. A session that declares compliances, or that there are none, has none of these unknowns, nor has one whose instruments

@@ -47,20 +47,25 @@ impl Moments {
         }
     }
 
-    /// What joints carry that bend by these compliances, followed over so many moments; and whether rounds agree.
+    /// What joints carry that bend by these compliances, followed over so many moments; and whether rounds agree. Where one moves it by no less than the one before, as what is
+    /// too fast grows, it is left out with all that follow.
     pub fn carried_over(&self, width: usize, session: &Session, state: &State, compliances: &[f64]) -> (Carried, bool) {
         let derivatives = derivatives(&self.times, &self.changes, width);
         let mut torques = self.torques(session, state, compliances, None);
         if compliances.iter().all(|compliance| *compliance == 0.0) {
             return (followed(&torques, &derivatives), true);
         }
-        let mut moved = Vec::with_capacity(ROUNDS);
-        for _ in 0..ROUNDS {
+        let (mut first, mut last) = (f64::INFINITY, f64::INFINITY);
+        for round in 0..ROUNDS {
             let anew = self.torques(session, state, compliances, Some(&followed(&torques, &derivatives)));
-            moved.push(bent_by(&(&anew - &torques), compliances));
-            torques = anew;
+            let moved = bent_by(&(&anew - &torques), compliances);
+            if moved >= last {
+                break;
+            }
+            (torques, last) = (anew, moved);
+            first = if round == 0 { moved } else { first };
         }
-        (followed(&torques, &derivatives), moved[ROUNDS - 1] <= AGREE * moved[0])
+        (followed(&torques, &derivatives), last <= AGREE * first)
     }
 
     /// What joints carry that bend under `before`, N·m, by joint and moment; stiff ones where nothing is said.
