@@ -15,7 +15,7 @@ pub struct Arm {
     pub tip: &'static str,
     /// The load, kg.
     pub load: f64,
-    /// How long a period of its motion is, s: so long that joints go no faster than theirs can.
+    /// How long a period of its motion is, s: longer where joints turn farther.
     pub period: f64,
 }
 
