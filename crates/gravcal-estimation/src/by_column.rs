@@ -31,11 +31,6 @@ impl ByColumn {
     }
 }
 
-/// What is not zero of a row `[j r]` without its residual `r`, by column.
-pub(crate) fn entries(row: &[f64]) -> impl Iterator<Item = (usize, f64)> {
-    row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0)
-}
-
 struct Along<'a, I> {
     directions: &'a ByColumn,
     row: I,

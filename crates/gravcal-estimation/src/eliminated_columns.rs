@@ -9,6 +9,7 @@
 //!
 //! so that the covariance of any columns is had without a matrix of all of them.
 
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::linearization::factor_component;
@@ -17,8 +18,12 @@ use crate::{EvaluateError, Problem, Values};
 
 /// A pivot below this share of its column says nothing.
 const LEAST_PIVOT: f64 = 1e-9;
+/// A component of more columns takes longer to factor than it takes room: it is one of many poses that something ties together.
+const LARGE: usize = 64;
+/// Threads that each remember the component that they asked for last.
+const THREADS: usize = 64;
 
-/// Where each column of a problem is found after elimination. Of a component nothing is kept: what its columns are made of is computed when
+/// Where each column of a problem is found after elimination. Of most components nothing is kept: what their columns are made of is computed when
 /// it is asked for.
 #[derive(Debug)]
 pub(crate) struct EliminatedColumns {
@@ -28,9 +33,14 @@ pub(crate) struct EliminatedColumns {
     cleared: Vec<usize>,
     /// Place of each component's first column among those of all components, and their number.
     firsts: Vec<usize>,
-    /// The component that was asked for last: most are asked for several times in a row.
-    latest: Mutex<Option<(usize, Arc<FactoredComponent>)>>,
+    /// The component that a thread asked for last: most are asked for several times in a row.
+    latest: [Mutex<Latest>; THREADS],
+    /// Large ones.
+    kept: Mutex<HashMap<usize, Arc<FactoredComponent>>>,
 }
+
+/// A component and its index, once one was asked for.
+type Latest = Option<(usize, Arc<FactoredComponent>)>;
 
 /// A component, by what it follows and what it knows by itself.
 #[derive(Debug)]
@@ -70,12 +80,18 @@ impl EliminatedColumns {
             values: values.clone(),
             cleared,
             firsts,
-            latest: Mutex::default(),
+            latest: std::array::from_fn(|_| Mutex::default()),
+            kept: Mutex::default(),
         }
     }
 
     fn component(&self, index: usize) -> Arc<FactoredComponent> {
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.problem.structure().components[index].columns.len() > LARGE {
+            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+            return Arc::clone(kept.entry(index).or_insert_with(|| Arc::new(self.computed(index))));
+        }
+        let thread = rayon::current_thread_index().unwrap_or(0) % THREADS;
+        let mut latest = self.latest[thread].lock().unwrap_or_else(PoisonError::into_inner);
         match &*latest {
             Some((known, component)) if *known == index => Arc::clone(component),
             _ => {
@@ -137,6 +153,24 @@ impl EliminatedColumns {
             }
         }
         reduced
+    }
+
+    /// Linear functions, each with a coefficient for every column, as functions of the shared columns that the eliminated ones follow. What is a
+    /// component's own is left out. Each component is asked for once.
+    pub fn on_shared(&self, functions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let structure = self.problem.structure();
+        let own = |function: &Vec<f64>| structure.shared.iter().map(|column| function[*column]).collect();
+        let mut on_shared: Vec<Vec<f64>> = functions.iter().map(own).collect();
+        for (index, component) in structure.components.iter().enumerate() {
+            let factored = self.component(index);
+            for (function, on_shared) in functions.iter().zip(&mut on_shared) {
+                for (column, response) in component.columns.iter().zip(&factored.response) {
+                    let followed = factored.touched.iter().zip(response);
+                    followed.for_each(|(shared, response)| on_shared[*shared] += function[*column] * response);
+                }
+            }
+        }
+        on_shared
     }
 }
 
@@ -200,8 +234,10 @@ impl Reduced {
 
 #[cfg(test)]
 mod tests {
+    use super::LARGE;
     use crate::linearization::tests::problem;
-    use crate::{Block, Factor, Noise, ProblemBuilder, RankAnalysis, testing::Line};
+    use crate::statistics::{Solution, moved_by};
+    use crate::{Block, Factor, Noise, Problem, ProblemBuilder, RankAnalysis, Values, testing::Line};
 
     #[test]
     fn covariances_and_leverages_with_elimination_are_those_without() {
@@ -221,6 +257,58 @@ mod tests {
         assert_eq!(residuals, same);
         for (a, b) in of_all.iter().zip(of_shared) {
             assert!((a - b).abs() < 1e-9);
+        }
+    }
+
+    /// Unknowns of samples that follow each other, tied together: one component of all of them, and others between.
+    fn tied(is_eliminated: bool) -> (Problem, Values) {
+        let mut builder = ProblemBuilder::new();
+        let shared = builder.add_block(Block::scalar("a", ""), &[0.0]);
+        let block =
+            |name: String| if is_eliminated { Block::scalar(name, "").eliminated() } else { Block::scalar(name, "") };
+        let noise = |std: f64| Noise::independent(&[std]).unwrap();
+        let mut chain = Vec::new();
+        for k in 0..=LARGE {
+            for name in ["tied", "alone"] {
+                let id = builder.add_block(block(format!("{name}{k}")), &[0.0]);
+                builder.add_factor(Factor::new(Line::new(&[id], &[1.0], 0.0), noise(0.5)));
+                let coefficient = 1.0 + (0.1 * k as f64).sin();
+                builder.add_factor(Factor::new(Line::new(&[shared, id], &[coefficient, 1.0], 0.0), noise(0.1)));
+                chain.extend((name == "tied").then_some(id));
+            }
+        }
+        for pair in chain.windows(2) {
+            builder.add_factor(Factor::new(Line::new(pair, &[1.0, -1.0], 0.0), noise(0.2)));
+        }
+        builder.build().unwrap()
+    }
+
+    #[test]
+    fn unknowns_that_are_tied_together_have_the_covariances_of_any_others() {
+        let [plain, eliminated] = [false, true].map(|is_eliminated| {
+            let (problem, values) = tied(is_eliminated);
+            RankAnalysis::new(&problem, &values).unwrap().covariance()
+        });
+        for i in 0..2 * LARGE + 3 {
+            for j in 0..2 * LARGE + 3 {
+                let difference = (plain.at(i, j) - eliminated.at(i, j)).abs();
+                assert!(difference < 1e-9 * plain.std(i) * plain.std(j), "{i} {j}: {difference}");
+            }
+        }
+    }
+
+    /// Errors of readings move what is shared by as much, whether the unknowns of samples are eliminated or not.
+    #[test]
+    fn errors_move_shared_columns_as_without_elimination() {
+        let [plain, eliminated] = [false, true].map(|is_eliminated| {
+            let (problem, values) = tied(is_eliminated);
+            let analysis = RankAnalysis::new(&problem, &values).unwrap();
+            let error = |k: usize| (0..problem.rows()).map(|row| ((row + 3 * k) as f64).sin()).collect::<Vec<f64>>();
+            moved_by(&Solution { problem: &problem, values: &values, analysis: &analysis }, &[error(0), error(1)])
+                .unwrap()
+        });
+        for (plain, eliminated) in plain.iter().zip(eliminated) {
+            assert!(plain[0] != 0.0 && (plain[0] / eliminated[0] - 1.0).abs() < 1e-9, "{} {}", plain[0], eliminated[0]);
         }
     }
 

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, Par};
 
-use crate::by_column::{ByColumn, entries};
+use crate::by_column::ByColumn;
 use crate::eliminated_columns::{EliminatedColumns, Reduced};
 use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
@@ -276,6 +276,11 @@ impl RankAnalysis {
         self.eliminated.reduce(function)
     }
 
+    /// Linear functions of all columns as functions of the shared ones, which eliminated columns follow.
+    pub(crate) fn on_shared(&self, functions: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        self.eliminated.on_shared(functions)
+    }
+
     /// Whether the problem has eliminated blocks.
     pub(crate) fn has_eliminated(&self) -> bool {
         self.eliminated.count() > 0
@@ -303,12 +308,12 @@ impl RankAnalysis {
     /// Where a residual cannot be evaluated there.
     pub fn leverages(&self, problem: &Problem, values: &Values) -> Result<(Vec<f64>, Vec<f64>), EvaluateError> {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
-        problem.made_of_rows(values, 1, |row, leverage| {
-            let reduced = self.eliminated.reduce(entries(row));
+        problem.made_of_rows(values, 1, |row, residual, leverage| {
+            let reduced = self.eliminated.reduce(row.iter().copied());
             let mut along = vec![0.0; directions.count()];
             let square = directions.along(reduced.shared.iter().copied(), &mut along);
             leverage[0] = square + reduced.own_covariance(&reduced);
-            row[row.len() - 1]
+            residual
         })
     }
 
@@ -319,13 +324,12 @@ impl RankAnalysis {
     pub(crate) fn basis_rows(&self, problem: &Problem, values: &Values) -> Result<BasisRows, EvaluateError> {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
         let has_eliminated = self.has_eliminated();
-        let (shared, others) = problem.made_of_rows(values, directions.count(), |row, along| {
-            let residual = row[row.len() - 1];
+        let (shared, others) = problem.made_of_rows(values, directions.count(), |row, residual, along| {
             if !has_eliminated {
-                directions.along(entries(row), along);
+                directions.along(row.iter().copied(), along);
                 return (Vec::new(), residual);
             }
-            let reduced = self.eliminated.reduce(entries(row));
+            let reduced = self.eliminated.reduce(row.iter().copied());
             directions.along(reduced.shared.iter().copied(), along);
             (self.eliminated.own_entries(&reduced), residual)
         })?;

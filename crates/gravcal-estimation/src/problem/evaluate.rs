@@ -1,5 +1,6 @@
 //! Evaluating the factors of a problem: residuals, cost, weights, and rows of the Jacobian.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -101,7 +102,7 @@ impl Problem {
     }
 
     /// What becomes of each whitened row `[J r]`, before any loss: `width` numbers that `make` writes, one row after another, and what it
-    /// gives. The rows themselves are kept nowhere.
+    /// gives. It is handed column and entry where a row is not zero, and its residual. The rows themselves are kept nowhere.
     ///
     /// # Errors
     /// As [`Problem::residuals`].
@@ -109,20 +110,23 @@ impl Problem {
         &self,
         values: &Values,
         width: usize,
-        make: impl Fn(&[f64], &mut [f64]) -> T + Sync,
+        make: impl Fn(&[(usize, f64)], f64, &mut [f64]) -> T + Sync,
     ) -> Result<(Vec<f64>, Vec<T>), EvaluateError> {
         let mut written = vec![0.0; self.rows() * width];
         let given = self.for_each_batch(values, &mut written, width, |rows, factors, mut out| {
-            let mut whole = vec![0.0; self.columns.len() + 1];
-            let mut given = Vec::new();
+            let (mut entries, mut given) = (Vec::new(), Vec::new());
             for factor in factors {
                 rows.linearize(*factor, false)?;
                 rows.check_jacobian(*factor)?;
                 for row in 0..self.rows_of(*factor).len() {
                     let (own, rest) = out.split_at_mut(width);
-                    whole.fill(0.0);
-                    rows.scatter(*factor, row, &mut whole);
-                    given.push(make(&whole, own));
+                    entries.clear();
+                    rows.for_columns(*factor, row, |column, entry| {
+                        if entry != 0.0 {
+                            entries.push((column, entry));
+                        }
+                    });
+                    given.push(make(&entries, rows.residual(row), own));
                     out = rest;
                 }
             }
@@ -144,8 +148,9 @@ impl Problem {
     /// # Errors
     /// As [`Problem::residuals`].
     pub fn transposed_products(&self, values: &Values, u: &[&[f64]]) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        // By column, as most columns of single poses are read by none of a batch.
         let of_batches = self.for_each_batch(values, &mut [], 0, |rows, factors, _| {
-            let mut products = vec![vec![0.0; self.columns.len()]; u.len()];
+            let mut products = vec![BTreeMap::<usize, f64>::new(); u.len()];
             let mut stored = Vec::new();
             for factor in factors {
                 rows.linearize(*factor, false)?;
@@ -154,7 +159,9 @@ impl Problem {
                     let own = &u[self.rows_of(*factor)];
                     if own.iter().any(|u| *u != 0.0) {
                         rows.sum(own, &mut stored);
-                        rows.for_tangent(*factor, &stored, |column, entry| product[column] += entry);
+                        rows.for_tangent(*factor, &stored, |column, entry| {
+                            *product.entry(column).or_default() += entry;
+                        });
                     }
                 }
             }
@@ -163,7 +170,7 @@ impl Problem {
         let mut products = vec![vec![0.0; self.columns.len()]; u.len()];
         for of_batch in of_batches {
             for (sum, part) in products.iter_mut().zip(of_batch) {
-                sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+                part.into_iter().for_each(|(column, part)| sum[column] += part);
             }
         }
         Ok(products)

@@ -25,12 +25,12 @@ pub fn moved_by(solution: &Solution<'_>, errors: &[Vec<f64>]) -> Result<Vec<Vec<
     let directions = analysis.determined_directions();
     let errors: Vec<&[f64]> = errors.iter().map(Vec::as_slice).collect();
     let moved = |product: Vec<f64>| {
-        let along = Projected::of_function(&directions, &analysis.reduce(product.into_iter().enumerate()).shared);
-        let mut moved = back(&directions, &along);
+        let product: Vec<(usize, f64)> = product.into_iter().enumerate().collect();
+        let mut moved = back(&directions, &Projected::of_function(&directions, &product));
         moved.resize(problem.columns().len(), 0.0);
         moved
     };
-    Ok(problem.transposed_products(values, &errors)?.into_iter().map(moved).collect())
+    Ok(analysis.on_shared(&problem.transposed_products(values, &errors)?).into_iter().map(moved).collect())
 }
 
 #[cfg(test)]

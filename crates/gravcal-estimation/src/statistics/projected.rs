@@ -14,7 +14,7 @@ use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
 
 use super::{Covariance, Solution, StatisticsError};
-use crate::by_column::{ByColumn, entries};
+use crate::by_column::ByColumn;
 use crate::eliminated_columns::Reduced;
 use crate::loss::LossValue;
 use crate::problem::Rows;
@@ -47,12 +47,11 @@ impl<'a> Projected<'a> {
     pub fn new(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
         solution.without_eliminated()?;
         let directions = solution.analysis.determined_directions();
-        let columns = solution.problem.columns().len();
-        let by_column = ByColumn::of(&directions, columns);
-        let project = |row: &[f64], _: &mut [f64]| {
+        let by_column = ByColumn::of(&directions, solution.problem.columns().len());
+        let project = |row: &[(usize, f64)], residual: f64, _: &mut [f64]| {
             let mut along = vec![0.0; directions.len()];
-            by_column.along(entries(row), &mut along);
-            (along, row[columns])
+            by_column.along(row.iter().copied(), &mut along);
+            (along, residual)
         };
         let (_, rows) = solution.problem.made_of_rows(solution.values, 0, project)?;
         let (rows, residuals) = rows.into_iter().unzip();
