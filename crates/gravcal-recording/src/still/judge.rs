@@ -24,6 +24,8 @@ const RESTLESS: f64 = 3.0;
 const OUTLIERS: f64 = 0.1;
 /// Blocks before the first that is seen to move, in which it began to.
 const GUARD: usize = 2;
+/// Part of a standstill at its beginning that is left out, as it may still settle.
+const UNSURE: f64 = 0.1;
 /// A column says something seldom where it does so many times less often than positions do.
 const SELDOM: f64 = 1.5;
 /// Fewest blocks of a standstill.
@@ -84,6 +86,7 @@ impl Judge<'_> {
         let end = self.steady_until(run, &series, begin, last);
         let begin = self.calm_from(&series, begin, end);
         let begin = if begin > first { settled_for_sure(run, begin, end) } else { begin };
+        let begin = self.without_what_adds_up(run, begin, end);
         if !self.is_long(run, begin, end) {
             let touched = |channel: &usize| Some((*channel, series[*channel].comes_back(first, last)?));
             if let Some((channel, block)) = (self.joints..series.len()).find_map(|channel| touched(&channel)) {
@@ -185,6 +188,15 @@ impl Judge<'_> {
         begin
     }
 
+    /// A standstill is as good without its first part, and what still settles there, unseen in any one standstill, adds up over many: of
+    /// `A e^(−t/T)` the mean over the duration `D` holds `A T/D`, and `e^(−D/(10 T))` of that once a tenth is left out. What lasts so long that a tenth is not
+    /// enough all standstills show together (`settling.rs`).
+    fn without_what_adds_up(&self, run: &Run, begin: usize, end: usize) -> usize {
+        let part = ((end - begin) as f64 * UNSURE).ceil() as usize;
+        let part = if run.interrupted[0] { 0 } else { part };
+        (begin..=begin + part).rev().find(|begin| self.is_long(run, *begin, end)).unwrap_or(begin)
+    }
+
     fn steady_until(&self, run: &Run, series: &[Series<'_>], begin: usize, last: usize) -> usize {
         let mut end = last;
         while end - begin > LEAST_BLOCKS {
@@ -222,8 +234,8 @@ impl Judge<'_> {
         if series.measure.noisier > RESTLESS * RESTLESS || outliers as f64 > (OUTLIERS * blocks as f64).max(1.0) {
             return Err(Reason::Restless { column: column() });
         }
-        if let Some((window, _)) = series.disturbed(begin, end) {
-            let at = run.blocks[window].from;
+        if series.disturbed(begin, end).is_some() {
+            let at = run.blocks[series.farthest(begin, end)].from;
             return Err(if is_position {
                 Reason::Moving { column: column() }
             } else {

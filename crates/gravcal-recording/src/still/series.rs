@@ -141,6 +141,15 @@ impl<'a> Series<'a> {
             self.distance(window, rest) > DISTURBED
         })
     }
+
+    /// The block that is farthest from all others of a part: where something disturbs it. Windows beside that depart from a mean that it moves.
+    pub fn farthest(&self, begin: usize, end: usize) -> usize {
+        let distance = |block: &usize| {
+            let others = self.sum(&self.total, &[(begin, *block), (block + 1, end)]);
+            self.distance(self.sum(&self.total, &[(*block, block + 1)]), others)
+        };
+        (begin..end).max_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(begin)
+    }
 }
 
 /// 1, 2, 4, … up to the given number.
