@@ -122,6 +122,11 @@ impl ResidualMaker {
         &self.shared[row * self.rank..(row + 1) * self.rank]
     }
 
+    /// The same and, behind it, what the terms that were added have in that row.
+    pub fn basis_row(&self, row: usize) -> impl Iterator<Item = f64> {
+        self.shared_of(row).iter().copied().chain(self.added.iter().map(move |unit| unit[row]))
+    }
+
     #[inline(always)]
     fn eliminated_of(&self, row: usize) -> &[(usize, f64)] {
         self.eliminated.get(row).map_or(&[], Vec::as_slice)

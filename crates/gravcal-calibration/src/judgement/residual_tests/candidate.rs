@@ -16,6 +16,8 @@ pub struct Tested {
     pub gain: f64,
     /// The p-value if noise were the only error: it tells which of several is named first.
     pub p_of_noise: f64,
+    /// Whether it stands where noise is of first order, or grows with the term: see [`super::first_order`] and [`super::uneven_scatter`].
+    pub is_confirmed: bool,
     /// Of each column of the term.
     pub coefficients: Vec<f64>,
 }

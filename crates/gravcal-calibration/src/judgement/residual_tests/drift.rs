@@ -73,7 +73,14 @@ pub fn drift_of_all(found: &[Tested], joints: usize) -> Option<Tested> {
         ..largest.test.clone()
     };
     let gain = own().map(|(_, tested)| tested.gain).sum();
-    Some(Tested { test, candidate: Candidate::DriftOfAll, gain, p_of_noise: p_value, coefficients })
+    Some(Tested {
+        test,
+        candidate: Candidate::DriftOfAll,
+        gain,
+        p_of_noise: p_value,
+        is_confirmed: false,
+        coefficients,
+    })
 }
 
 /// Fisher's statistic, its degrees of freedom and its p-value.

@@ -42,6 +42,9 @@
 //! fit (`joint/model_error/at_rest.rs`, `in_tables.rs`), told from position gains and biases or widening their intervals
 //! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
 //!
+//! **Before anything is named** it is held against other noise than that of independent readings of one scatter, where residuals show such: noise of first order from
+//! pose to pose ([`first_order`]), and a scatter that grows with the term ([`uneven_scatter`]). The largest p-value counts.
+//!
 //! **Under a loss** each row counts by the root of its weight: the solution is that of such least squares.
 //!
 //! **Not tested**: what has not converged, readings that enter group by group, residuals that are but the
@@ -54,6 +57,7 @@ mod clock_rate;
 mod columns;
 mod delayed;
 mod drift;
+mod first_order;
 mod friction_curve;
 mod in_fit;
 mod loads;
@@ -73,6 +77,7 @@ mod terms;
 mod tests;
 mod too_large;
 mod uneven_friction;
+mod uneven_scatter;
 mod wording;
 mod words;
 

@@ -130,6 +130,18 @@ impl Rows {
         &self.pairs[channel]
     }
 
+    /// Rows of a channel that follow each other, table by table; without tables of one row.
+    pub fn sequences(&self, channel: usize) -> Vec<Vec<usize>> {
+        let mut sequences: Vec<Vec<usize>> = Vec::new();
+        for (first, second) in self.pairs(channel) {
+            match sequences.last_mut().filter(|sequence| sequence.last() == Some(first)) {
+                Some(sequence) => sequence.push(*second),
+                None => sequences.push(vec![*first, *second]),
+            }
+        }
+        sequences
+    }
+
     /// Place of a row's pose in the order of reading; nothing for knowledge.
     pub fn place(&self, row: usize) -> Option<usize> {
         self.place.get(row).copied()
@@ -144,13 +156,19 @@ impl Rows {
 impl Rows {
     /// One channel read once in each pose of one table.
     pub fn plain(count: usize, maker: &ResidualMaker) -> Rows {
+        Rows::of_sweeps(1, count, maker)
+    }
+
+    /// One channel read once in each pose of some tables of as many poses each.
+    pub fn of_sweeps(sweeps: usize, bins: usize, maker: &ResidualMaker) -> Rows {
+        let count = sweeps * bins;
         let mut rows = Rows {
             owner: vec![0; count],
             channels: 1,
             place: (0..count).collect(),
             poses: count,
             of_channel: vec![(0..count).collect()],
-            pairs: vec![(1..count).map(|row| (row - 1, row)).collect()],
+            pairs: vec![(1..count).filter(|row| row % bins != 0).map(|row| (row - 1, row)).collect()],
             freedom: Vec::new(),
             share_errors: false,
             counts: Vec::new(),

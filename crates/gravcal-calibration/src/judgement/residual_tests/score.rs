@@ -29,13 +29,16 @@ pub const MATTERS: f64 = 0.25;
 /// A column of which the fit leaves a smaller share is in the model already, or all but.
 pub const EXPLAINED: f64 = 1e-4;
 /// Fewer degrees of freedom tell no noise.
-const LEAST_FREEDOM: f64 = 4.0;
+pub const LEAST_FREEDOM: f64 = 4.0;
 /// Blocks are no longer than leaves so many.
 const LEAST_BLOCKS: usize = 10;
 /// Poses in a block, at least.
 const LEAST_LENGTH: usize = 5;
 /// A channel with a smaller share of a term says nothing of it.
-const SHARE: f64 = 0.1;
+pub const SHARE: f64 = 0.1;
+
+/// `F`, its degrees of freedom, and the p-value.
+pub type Outcome = (f64, [f64; 2], f64);
 
 /// A test's outcome.
 #[derive(Clone, Debug)]
@@ -62,11 +65,7 @@ pub fn score(maker: &ResidualMaker, rows: &Rows, neighbours: &[Option<Neighbours
         return None;
     }
     let r = maker.residuals();
-    let along = DVector::from_iterator(terms.len(), terms.iter().map(|term| dot(term, r)));
-    let mut after = r.to_vec();
-    for (term, share) in terms.iter().zip(along.iter()) {
-        after.iter_mut().zip(term).for_each(|(r, t)| *r -= share * t);
-    }
+    let (along, after) = split(maker, &terms);
     let Products { parts, spent, squares } = products(rows, &terms, &after);
     let scatter = Scatter::of(rows, parts, &spent, &squares)?;
     let alone = scatter.test(&along)?;
@@ -97,6 +96,17 @@ pub fn score(maker: &ResidualMaker, rows: &Rows, neighbours: &[Option<Neighbours
         in_noise: scatter.largest_rms(rows, (0..r.len()).map(seen)),
         gain: along.norm_squared(),
     })
+}
+
+/// The residuals along unit vectors, and what is left of them without.
+pub fn split(maker: &ResidualMaker, terms: &[Vec<f64>]) -> (DVector<f64>, Vec<f64>) {
+    let r = maker.residuals();
+    let along = DVector::from_iterator(terms.len(), terms.iter().map(|term| dot(term, r)));
+    let mut after = r.to_vec();
+    for (term, share) in terms.iter().zip(along.iter()) {
+        after.iter_mut().zip(term).for_each(|(r, t)| *r -= share * t);
+    }
+    (along, after)
 }
 
 /// What a model lacks that has none of these columns, as unit vectors perpendicular to each other.
@@ -217,7 +227,7 @@ impl Scatter {
         Some(Scatter { channels: (0..rows.owners()).map(channel).collect(), parts })
     }
 
-    pub fn test(&self, along: &DVector<f64>) -> Option<(f64, [f64; 2], f64)> {
+    pub fn test(&self, along: &DVector<f64>) -> Option<Outcome> {
         let count = along.len();
         let mut covariance = DMatrix::zeros(count, count);
         let (mut sum, mut squares) = (0.0, 0.0);
@@ -249,7 +259,8 @@ impl Scatter {
     }
 }
 
-fn tested(along: &DVector<f64>, covariance: DMatrix<f64>, freedom: f64, factor: f64) -> Option<(f64, [f64; 2], f64)> {
+/// `F` of coefficients of which this is the covariance if their terms are not there, its degrees of freedom, and the p-value.
+pub fn tested(along: &DVector<f64>, covariance: DMatrix<f64>, freedom: f64, factor: f64) -> Option<Outcome> {
     let count = along.len() as f64;
     let solved = covariance.cholesky()?.solve(along);
     let statistic = factor * along.dot(&solved) / count;
@@ -278,7 +289,7 @@ fn alike(rows: &Rows, neighbours: &[Option<Neighbours>], terms: &[Vec<f64>], aft
 }
 
 struct Blocks {
-    tested: Option<(f64, [f64; 2], f64)>,
+    tested: Option<Outcome>,
     count: usize,
 }
 
@@ -313,7 +324,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use gravcal_estimation::statistics::Solution;
     use gravcal_estimation::{Block, Factor, Noise, Problem, ProblemBuilder, RankAnalysis, Values};
     use gravcal_robot_model::residuals::Prior;
@@ -327,7 +338,7 @@ mod tests {
     use gravcal_identification::SolveEnvironment;
 
     /// A level read by rows of unit noise.
-    fn level(y: &[f64]) -> (Problem, Values) {
+    pub fn level(y: &[f64]) -> (Problem, Values) {
         let mut builder = ProblemBuilder::new();
         let id = builder.add_block(Block::scalar("level", ""), &[0.0]);
         for y in y {

@@ -10,11 +10,13 @@ use gravcal_robot_model::session::{Session, UnexplainedError};
 use super::candidate::{Candidate, SIGNIFICANCE, Tested, correct, next, weights};
 use super::columns::{ALL_JOINTS, Columns};
 use super::drift::{DRIFT, drift_of_all, drift_of_joint, not_alone, with_errors};
+use super::first_order;
 use super::in_fit::of_estimate;
 use super::neighbours::Neighbours;
 use super::rows::{MANY, Rows};
 use super::score::{Left, MATTERS, Score, dot, lacking, left_of, score};
 use super::terms::{Elastic, Friction, Stated, Term};
+use super::uneven_scatter;
 use crate::joint::{OfReadings, Solved};
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -97,6 +99,9 @@ impl Search<'_> {
             correct(&mut found, named.last().map_or(0.0, |last| last.corrected_p_value));
             let next = next(&found);
             let tells = found.get(next).is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
+            if tells && self.is_less_certain(&maker, &rows, &neighbours, &mut found[next]) {
+                continue;
+            }
             if !tells || lacking == MOST_NAMED {
                 missing.extend(self.of_others(&not_alone_in, &found));
                 missing.extend(self.of_like_terms(worst, &named_terms));
@@ -130,6 +135,29 @@ impl Search<'_> {
                 found = self.tested(&maker, &rows, &neighbours, &candidates);
             }
         }
+    }
+
+    /// Whether a candidate is less certain where noise is of first order, or grows with the term, as residuals show; it has that p-value then. It is asked
+    /// once.
+    fn is_less_certain(
+        &self,
+        maker: &ResidualMaker,
+        rows: &Rows,
+        neighbours: &[Option<Neighbours>],
+        tested: &mut Tested,
+    ) -> bool {
+        if std::mem::replace(&mut tested.is_confirmed, true) {
+            return false;
+        }
+        let terms = lacking(maker, self.columns_of(&tested.candidate));
+        let others = [first_order::test(maker, rows, neighbours, &terms), uneven_scatter::test(maker, rows, &terms)];
+        let least = others.into_iter().flatten().max_by(|a, b| a.2.total_cmp(&b.2));
+        let Some((statistic, degrees_of_freedom, p_value)) = least.filter(|least| least.2 > tested.test.p_value) else {
+            return false;
+        };
+        tested.test = ResidualTest { statistic, degrees_of_freedom, p_value, ..tested.test.clone() };
+        tested.p_of_noise = tested.p_of_noise.max(p_value);
+        true
     }
 
     /// What a model without this term does not say of the readings; nothing of neighbours that are alike, which are no term.
@@ -285,7 +313,8 @@ impl Search<'_> {
                     named: false,
                     spoils_intervals: false,
                 };
-                Some(Tested { test, candidate: *candidate, gain: 0.0, p_of_noise: p_value, coefficients: Vec::new() })
+                let (candidate, coefficients) = (*candidate, Vec::new());
+                Some(Tested { test, candidate, gain: 0.0, p_of_noise: p_value, is_confirmed: true, coefficients })
             }
             Candidate::Together(term) | Candidate::OfArm(term) => {
                 let tested = self.report((0, *term), *candidate, score(maker, rows, neighbours, left)?)?;
@@ -328,7 +357,7 @@ impl Search<'_> {
             named: false,
             spoils_intervals: false,
         };
-        Some(Tested { test, candidate, gain, p_of_noise, coefficients })
+        Some(Tested { test, candidate, gain, p_of_noise, is_confirmed: false, coefficients })
     }
 
     /// Whether friction that is left at rest is an unknown, or among the errors that standard deviations of the channel allow for: in recordings that is

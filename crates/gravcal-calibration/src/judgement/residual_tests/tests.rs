@@ -215,6 +215,7 @@ fn a_weighted_test_has_its_share_of_the_probability() {
         candidate,
         gain: 0.0,
         p_of_noise: p_value,
+        is_confirmed: true,
         coefficients: Vec::new(),
     };
     // Half of the weight in the first: its p-value counts twice, those that follow as Holm has them.
