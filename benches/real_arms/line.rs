@@ -12,6 +12,11 @@ const TORQUE: f64 = 0.03;
 const POSITION: f64 = 1e-5;
 /// Samples of a dwell: 1.5 s at 200 Hz.
 const DWELL: usize = 300;
+/// Time from pose to pose of an arm that stands, with settling, and of the motion, s.
+const PERIOD: f64 = MOVE + 0.3 + 1.5;
+const MOVE: f64 = 1.5;
+/// Poses between which the load is said to be there in the line `label-some`.
+const SOME: [f64; 2] = [11.0, 14.0];
 /// Of an arm in motion: samples of a stretch, and stretches of a table.
 const STRETCH: usize = 4000;
 const STRETCHES: usize = 2;
@@ -59,6 +64,8 @@ pub enum Line {
     Reversed,
     /// The bare poses are said to carry the load.
     Label,
+    /// Three of the bare poses, in the middle, are said to carry the load.
+    LabelSome,
 }
 
 /// Where poses come from.
@@ -169,7 +176,7 @@ impl Setting {
     }
 
     fn recording(&self) -> String {
-        let move_s = if self.from == Source::Sweeps { 0.3 } else { 1.5 };
+        let move_s = if self.from == Source::Sweeps { 0.3 } else { MOVE };
         let mut text = format!(
             "[recording]\nrate_hz = 200\nsamples = {}\nmove_s = {move_s}\nsettling_s = 0.3\nvibration = 5\nsettling_time_constant_s = 0.05\n",
             self.samples
@@ -237,6 +244,14 @@ impl Setting {
                 Ok(format!("{session}\n[[joint]]\nname = {:?}\ntorque_sign = \"reversed\"\n", arm.joints[1]))
             }
             Line::Label => replaced(&session, "file = \"bare.csv\"", "file = \"bare.csv\"\nload = \"weight\""),
+            Line::LabelSome => {
+                let file = "[[poses]]\nfile = \"bare.csv\"\n";
+                let [from, until] = SOME.map(|pose| pose * PERIOD + 0.5 * MOVE);
+                let some = format!(
+                    "{file}until_s = {from}\n\n{file}from_s = {from}\nuntil_s = {until}\nload = \"weight\"\n\n{file}from_s = {until}\n"
+                );
+                replaced(&session, file, &some)
+            }
             _ => Ok(session),
         }
     }

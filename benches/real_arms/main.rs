@@ -80,6 +80,11 @@ fn run(arguments: &Arguments) -> Result<(), String> {
             "--poses motion goes with the lines still, elastic and harmonics: the others are of arms that stand".into(),
         );
     }
+    if arguments.from != Source::Standstills && arguments.lines.contains(&Line::LabelSome) {
+        return Err(
+            "the line label-some goes with --poses standstills: it says from when to when the load is there".into()
+        );
+    }
     println!("{}", heading());
     for line in &arguments.lines {
         for friction in &arguments.friction_nm {

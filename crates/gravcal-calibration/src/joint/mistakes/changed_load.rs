@@ -108,6 +108,20 @@ impl Hypothesis for ChangedLoad {
 }
 
 impl ChangedLoad {
+    /// The change of which these are the poses: all that a table says to carry the same, or all from one on, or before one; nothing of others.
+    pub(super) fn of_poses(session: &Session, poses: &[usize], carried: Option<usize>) -> Option<ChangedLoad> {
+        let first = *poses.first()?;
+        let (table, said) = (session.poses[first].table, session.poses[first].load);
+        let alike = |pose: &usize| (session.poses[*pose].table, session.poses[*pose].load) == (table, said);
+        let all: Vec<usize> = (0..session.poses.len()).filter(alike).collect();
+        let change = |after: bool| Change { after, load: carried };
+        if all.ends_with(poses) {
+            return Some(ChangedLoad { table, said, from: first, change: change(true) });
+        }
+        let next = *all.get(poses.len())?;
+        all.starts_with(poses).then(|| ChangedLoad { table, said, from: next, change: change(false) })
+    }
+
     /// Whether it is of all poses of the table that are said to carry the same.
     fn is_of_all(&self, session: &Session) -> bool {
         let before = session.poses[..self.from].iter();

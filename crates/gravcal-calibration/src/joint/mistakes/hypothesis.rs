@@ -69,6 +69,11 @@ pub(super) trait Hypothesis: Debug + Send + Sync {
         false
     }
 
+    /// How many others of its kind could explain as much by chance, beside those that are listed.
+    fn alternatives(&self, _session: &Session) -> usize {
+        0
+    }
+
     /// Whether arms of few joints look much alike with it as with another mistake.
     fn looks_like_others(&self) -> bool {
         false

@@ -9,6 +9,7 @@ mod exchanged_axes;
 mod exchanged_load;
 pub(super) mod hypothesis;
 mod likelihood;
+mod mislabelled_poses;
 mod other_hemisphere;
 mod other_link;
 mod other_unit;

@@ -21,7 +21,10 @@ use super::likelihood::decisively_likelier;
 use super::other_link::OtherLink;
 use super::reversed::{all_reversed, reversed_beside_others, reversed_wrist, solve_with};
 use super::turned_sensors::TurnedSensors;
-use super::{exchanged_load, other_hemisphere, other_unit, reversed_in_table, swapped_columns, turned_orientations};
+use super::{
+    exchanged_load, mislabelled_poses, other_hemisphere, other_unit, reversed_in_table, swapped_columns,
+    turned_orientations,
+};
 use crate::joint::building::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::measurement_set::MeasurementSet;
@@ -91,7 +94,9 @@ fn other_mistake(
     // Noise found from residuals would excuse the very joints that are swapped.
     let unexcused = solved.readings().unexcused(session);
     let readings = telling_part(session, &unexcused);
-    let Promising { hypotheses, tried } = promising(session, &readings, solved)?;
+    let Promising { mut hypotheses, tried } = promising(session, &readings, solved)?;
+    // A start hardly costs less without so few: they are tried in any case.
+    hypotheses.splice(0..0, mislabelled_poses::all(session, &unexcused, solved)?);
     if hypotheses.is_empty() {
         return Ok(None);
     }
@@ -103,6 +108,7 @@ fn other_mistake(
     let Some((best, as_good)) = likeliest(trial.best(others)?, trial.best(turned_round)?) else { return Ok(None) };
     let part = telling_part(session, solved.readings());
     let made = (&best.hypothesis.made(session), best.hypothesis.read(&part), best.end.clone());
+    let tried = tried.saturating_add(best.hypothesis.alternatives(session));
     let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
     Ok(likelier.then(|| best.report(session, as_good.as_deref())))
 }
