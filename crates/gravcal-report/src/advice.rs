@@ -247,7 +247,10 @@ fn worded(concern: &Concern, from_scatter: bool) -> Worded {
             ],
         },
         Concern::OneSidedApproach { joints } => Worded {
-            what: format!("{} came to their poses from one side, so that their torque biases hold what friction leaves at rest, if there is any", joints.join(", ")),
+            what: format!(
+                "the torque bias of each joint that came to its poses from one side ({}) holds what friction leaves at rest, if there is any",
+                joints.join(", ")
+            ),
             steps: vec![
                 "Come to the same poses from both sides, and say from which (direction in [readings]); without friction all is well.".into(),
             ],
@@ -366,7 +369,7 @@ mod tests {
         let one_sided = Concern::OneSidedApproach { joints: vec!["shoulder".into(), "elbow".into()] };
         let advice = Advice::of(&with(vec![one_sided]), FILE);
         assert_eq!(advice.level, Level::Care);
-        assert!(advice.why.contains("shoulder, elbow came to their poses from one side"), "{}", advice.why);
+        assert!(advice.why.contains("came to its poses from one side (shoulder, elbow)"), "{}", advice.why);
         assert!(advice.steps.iter().any(|step| step.contains("direction in [readings]")), "{:?}", advice.steps);
     }
 

@@ -1,12 +1,12 @@
-//! What a check says of errors that the noise does not explain: it supposes some, and friction at rest halves where poses come in pairs.
+//! What a check says of errors that the noise does not explain: it supposes some, and what friction leaves at rest is known where joints come from both sides.
 
 use gravcal_robot_model::session::{Session, UnexplainedError};
-use gravcal_robot_model::sweeps::stand_alike;
 
 use super::hypothetical::ROUGH;
 
-/// Share of the standstills with one beside them that was come to from the other side, from which on they are said to come in pairs.
-const PAIRED: f64 = 0.8;
+/// Share of its standstills to which a joint came from the same side, from which on that is said; of so many at least.
+const ONE_SIDED: f64 = 0.8;
+const LEAST: usize = 6;
 
 /// The share of a joint's largest torque that is supposed; nothing where the size of such errors is stated, or there are none.
 pub(super) fn supposed(session: &Session) -> Option<f64> {
@@ -22,34 +22,49 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
          yours are known, state them (unexplained_std beside the std of [readings] torque).",
         100.0 * share
     );
-    [hypothetical].into_iter().chain(pairs(session)).collect()
+    [hypothetical].into_iter().chain(from_both_sides(session)).collect()
 }
 
-/// That poses should come in pairs, where those of recordings do not.
-fn pairs(session: &Session) -> Option<String> {
+/// That joints should come to their standstills from both sides, where they do not.
+fn from_both_sides(session: &Session) -> Option<String> {
+    let one_sided = |joint: &usize| {
+        let sides = session.poses.iter().filter_map(|pose| pose.conditions.direction.get(*joint).copied());
+        let sides: Vec<f64> = sides.filter(|side| *side != 0.0).collect();
+        let rising = sides.iter().filter(|side| **side > 0.0).count();
+        let more = rising.max(sides.len() - rising);
+        sides.len() >= LEAST && more as f64 >= ONE_SIDED * sides.len() as f64
+    };
+    let joints: Vec<String> =
+        (0..session.joints.len()).filter(one_sided).map(|joint| session.channel_name(joint)).collect();
     let stood = session.searched.iter().any(|searched| searched.standstills.is_some());
-    let came = |pose: &usize| session.poses[*pose].conditions.direction.iter().any(|side| *side != 0.0);
-    let poses: Vec<usize> = (0..session.poses.len()).filter(came).collect();
-    if !stood || poses.is_empty() {
-        return None;
-    }
-    let paired = poses.iter().filter(|pose| has_other_side(session, **pose)).count();
-    ((paired as f64) < PAIRED * poses.len() as f64).then(|| {
+    (stood && !joints.is_empty()).then(|| {
         format!(
-            "{paired} of {} standstills have one beside them in which the joints stand alike and came from the other side. Friction that is \
-             left at rest changes its sign with the side: come to every pose from both sides, one right after the other, and it \
-             cancels ([uncertainty] kind = \"jackknife\", blocks = \"pairs\" keeps them together).",
-            poses.len()
+            "To nearly all standstills these joints came from one side: {}. What friction leaves at rest changes its sign with the side; where \
+             that is always the same, it is in the torque bias, whose interval is wider for it. Come to some poses from each side.",
+            joints.join(", ")
         )
     })
 }
 
-/// Whether the standstill before or after is the same pose, come to from the other side by every joint that moved.
-fn has_other_side(session: &Session, pose: usize) -> bool {
-    let neighbours = [pose.checked_sub(1), Some(pose + 1).filter(|next| *next < session.poses.len())];
-    neighbours.into_iter().flatten().any(|other| {
-        let sides = [pose, other].map(|pose| &session.poses[pose].conditions.direction);
-        let opposite = sides[0].iter().zip(sides[1]).all(|(a, b)| a * b <= 0.0);
-        session.poses[pose].table == session.poses[other].table && opposite && stand_alike(session, pose, other)
-    })
+#[cfg(test)]
+mod tests {
+    use gravcal_recording::Standstills;
+    use gravcal_robot_model::session::Searched;
+
+    use super::*;
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn joints_that_come_from_one_side_are_named() {
+        let mut session = sarcos_shoulder().session(0);
+        session.searched = vec![Searched { standstills: Some(Standstills::default()), ..Searched::default() }];
+        for (index, pose) in session.poses.iter_mut().enumerate() {
+            let turns = if index % 2 == 0 { 1.0 } else { -1.0 };
+            pose.conditions.direction = vec![turns, if index == 3 { -1.0 } else { 1.0 }, 0.0];
+        }
+        let told = from_both_sides(&session).unwrap();
+        assert!(told.contains("came from one side: joint2."), "{told}");
+        session.poses.iter_mut().step_by(2).for_each(|pose| pose.conditions.direction[1] = -1.0);
+        assert_eq!(from_both_sides(&session), None);
+    }
 }
