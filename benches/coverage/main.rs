@@ -73,23 +73,24 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Every kind of error with what should hold and what should fail.
 fn scenarios(each: usize, replicates: usize) -> Vec<Scenario> {
-    let (stated, relative, sandwich) = (Method::Stated, Method::Relative, Method::Sandwich);
+    let (stated, relative) = (Method::Stated, Method::Relative);
+    let (sandwich, jackknife) = (Method::Sandwich, Method::Jackknife);
     let bootstrap = Method::Bootstrap(replicates);
     let mut scenarios = Vec::new();
     let mut add = |errors, loss, methods: &[Method]| {
         scenarios.extend(methods.iter().map(|method| Scenario { each, errors, loss, method: *method }));
     };
-    add(Errors::Normal, Loss::None, &[stated, relative, sandwich, bootstrap]);
-    add(Errors::Unequal, Loss::None, &[stated, relative, sandwich, bootstrap]);
-    add(Errors::Shared, Loss::None, &[stated, relative, sandwich, bootstrap]);
-    add(Errors::Autocorrelated, Loss::None, &[stated, relative, sandwich]);
-    add(Errors::Outliers, Loss::None, &[stated, relative, sandwich]);
+    add(Errors::Normal, Loss::None, &[stated, relative, sandwich, jackknife, bootstrap]);
+    add(Errors::Unequal, Loss::None, &[stated, relative, sandwich, jackknife, bootstrap]);
+    add(Errors::Shared, Loss::None, &[stated, relative, sandwich, jackknife, bootstrap]);
+    add(Errors::Autocorrelated, Loss::None, &[stated, relative, sandwich, jackknife]);
+    add(Errors::Outliers, Loss::None, &[stated, relative, sandwich, jackknife]);
     let huber = LossName::Huber.efficient();
-    add(Errors::Normal, huber, &[stated, sandwich]);
-    add(Errors::Shared, huber, &[stated, sandwich]);
-    add(Errors::Outliers, huber, &[stated, sandwich, bootstrap]);
+    add(Errors::Normal, huber, &[stated, sandwich, jackknife]);
+    add(Errors::Shared, huber, &[stated, sandwich, jackknife]);
+    add(Errors::Outliers, huber, &[stated, sandwich, jackknife, bootstrap]);
     for name in [LossName::Cauchy, LossName::Tukey, LossName::GemanMcClure] {
-        add(Errors::Outliers, name.efficient(), &[stated, sandwich]);
+        add(Errors::Outliers, name.efficient(), &[stated, sandwich, jackknife]);
     }
     scenarios
 }
@@ -106,6 +107,7 @@ fn method(method: Method) -> String {
         Method::Stated => "stated noise".into(),
         Method::Relative => "noise from residuals".into(),
         Method::Sandwich => "sandwich".into(),
+        Method::Jackknife => "jackknife".into(),
         Method::Bootstrap(replicates) => format!("bootstrap of {replicates}"),
     }
 }

@@ -25,6 +25,8 @@ pub enum Method {
     Relative,
     /// From the scatter of blocks.
     Sandwich,
+    /// By leaving out blocks, one after the other.
+    Jackknife,
     /// By drawing blocks anew, so often.
     Bootstrap(usize),
 }
@@ -101,6 +103,7 @@ fn uncertainty(
         Method::Stated => Uncertainty::from_noise(solution, NoiseScale::Stated),
         Method::Relative => Uncertainty::from_noise(solution, NoiseScale::Relative),
         Method::Sandwich => Uncertainty::sandwich(solution, &blocks()?),
+        Method::Jackknife => Ok(Uncertainty::jackknife(solution, &blocks()?)?.uncertainty),
         Method::Bootstrap(replicates) => {
             let resampling = Resampling { blocks: &blocks()?, replicates, seed, fixed: &[] };
             Ok(Bootstrap::new(solution, &resampling, solver)?.uncertainty)
