@@ -9,8 +9,7 @@
 //!
 //! so that the covariance of any columns is had without a matrix of all of them.
 
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::linearization::factor_component;
 use crate::problem::Place;
@@ -35,8 +34,8 @@ pub(crate) struct EliminatedColumns {
     firsts: Vec<usize>,
     /// The component that a thread asked for last: most are asked for several times in a row.
     latest: [Mutex<Latest>; THREADS],
-    /// Large ones.
-    kept: Mutex<HashMap<usize, Arc<FactoredComponent>>>,
+    /// Large ones, by index; nothing of others.
+    kept: Vec<OnceLock<Arc<FactoredComponent>>>,
 }
 
 /// A component and its index, once one was asked for.
@@ -75,20 +74,21 @@ impl EliminatedColumns {
             true => Vec::new(),
             false => (0..norms.len()).filter(|column| norms[*column] == 0.0).collect(),
         };
+        let components = &problem.structure().components;
+        let has_large = components.iter().any(|component| component.columns.len() > LARGE);
         EliminatedColumns {
             problem: problem.clone(),
             values: values.clone(),
             cleared,
             firsts,
             latest: std::array::from_fn(|_| Mutex::default()),
-            kept: Mutex::default(),
+            kept: std::iter::repeat_with(OnceLock::new).take(if has_large { components.len() } else { 0 }).collect(),
         }
     }
 
     fn component(&self, index: usize) -> Arc<FactoredComponent> {
         if self.problem.structure().components[index].columns.len() > LARGE {
-            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-            return Arc::clone(kept.entry(index).or_insert_with(|| Arc::new(self.computed(index))));
+            return Arc::clone(self.kept[index].get_or_init(|| Arc::new(self.computed(index))));
         }
         let thread = rayon::current_thread_index().unwrap_or(0) % THREADS;
         let mut latest = self.latest[thread].lock().unwrap_or_else(PoisonError::into_inner);

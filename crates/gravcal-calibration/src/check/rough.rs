@@ -4,8 +4,9 @@ use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::hypothetical::ROUGH;
 
-/// Share of its standstills to which a joint came from the same side, from which on that is said; of so many at least.
+/// Share of its standstills to which a joint came from the same side, from which on that is said.
 const ONE_SIDED: f64 = 0.8;
+/// Fewer standstills to which a joint came tell nothing of its sides.
 const LEAST: usize = 6;
 
 /// The share of a joint's largest torque that is supposed; nothing where the size of such errors is stated, or there are none.

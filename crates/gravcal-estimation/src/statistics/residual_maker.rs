@@ -111,6 +111,11 @@ impl ResidualMaker {
         self.rank
     }
 
+    /// Whether `U` has columns of eliminated blocks.
+    pub fn has_eliminated(&self) -> bool {
+        self.own > 0
+    }
+
     /// Whether these are all of `U`: no block is eliminated, and no term was added.
     pub fn is_shared_alone(&self) -> bool {
         self.own == 0 && self.added.is_empty()

@@ -70,8 +70,8 @@ pub(super) trait Hypothesis: Debug + Send + Sync {
     }
 
     /// How many others of its kind could explain as much by chance, beside those that are listed.
-    fn alternatives(&self, _session: &Session) -> usize {
-        0
+    fn alternatives(&self, _session: &Session) -> f64 {
+        0.0
     }
 
     /// Whether arms of few joints look much alike with it as with another mistake.

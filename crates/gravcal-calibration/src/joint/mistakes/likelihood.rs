@@ -21,7 +21,7 @@ const TELLING: usize = 2;
 pub(in crate::joint) fn decisively_likelier(
     (made, readings, start): (&Session, MeasurementSet, State),
     (session, solved): (&Session, &Solved),
-    tried: usize,
+    tried: f64,
     environment: &SolveEnvironment<'_>,
 ) -> Result<bool, EstimateError> {
     let (rank, rows) = (solved.analysis.rank(), solved.judged_problem().rows());
@@ -39,7 +39,7 @@ pub(in crate::joint) fn decisively_likelier(
         }
     };
     let gain = own - other.minus_log_likelihood(made)?;
-    Ok(gain > DECISIVE + (tried as f64).ln())
+    Ok(gain > DECISIVE + tried.ln())
 }
 
 #[cfg(test)]
@@ -84,7 +84,7 @@ mod tests {
             let gain = solved.minus_log_likelihood(&wrong)? - other.minus_log_likelihood(&right)?;
             let decided = |tried: usize| {
                 let made = (&right, solved.readings().clone(), start.clone());
-                decisively_likelier(made, (&wrong, &solved), tried, environment)
+                decisively_likelier(made, (&wrong, &solved), tried as f64, environment)
             };
             let [a, b] = tried(gain);
             Ok::<_, EstimateError>((gain, [decided(a)?, decided(b)?]))
@@ -129,7 +129,7 @@ mod tests {
                 let solved = solve(&wrong, &readings, None, environment)?;
                 let (rows, rank) = (solved.judged_problem().rows(), solved.analysis.rank());
                 let made = (&right, solved.readings().clone(), start(&right, &solved));
-                let decided = decisively_likelier(made, (&wrong, &solved), 1, environment)?;
+                let decided = decisively_likelier(made, (&wrong, &solved), 1.0, environment)?;
                 Ok::<_, EstimateError>((rows as f64 / rank as f64, decided))
             })
             .unwrap()

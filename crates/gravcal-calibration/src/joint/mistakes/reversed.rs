@@ -179,7 +179,7 @@ fn beside_the_others(
     }
     let (made, tried) = (turned(session, &joints), open.len());
     let made = (&made, telling_part(session, solved.readings()).into_owned(), state.clone());
-    if !decisively_likelier(made, (session, solved), tried, environment)? {
+    if !decisively_likelier(made, (session, solved), tried as f64, environment)? {
         return Ok(None);
     }
     // All others may be the reversed ones: the assumed masses tell.

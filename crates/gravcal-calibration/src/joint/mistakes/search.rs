@@ -94,10 +94,10 @@ fn other_mistake(
     // Noise found from residuals would excuse the very joints that are swapped.
     let unexcused = solved.readings().unexcused(session);
     let readings = telling_part(session, &unexcused);
-    let Promising { mut hypotheses, tried } = promising(session, &readings, solved)?;
+    let Promising { hypotheses, tried } = promising(session, &readings, solved)?;
     // A start hardly costs less without so few: they are tried in any case.
-    hypotheses.splice(0..0, mislabelled_poses::all(session, &unexcused, solved)?);
-    if hypotheses.is_empty() {
+    let of_poses = mislabelled_poses::all(session, &unexcused, solved)?;
+    if hypotheses.is_empty() && of_poses.is_none() {
         return Ok(None);
     }
     environment.report("looking for swapped columns");
@@ -105,10 +105,12 @@ fn other_mistake(
     let trial = Trial { session, readings: &readings, solved, environment, as_it_stands };
     let (turned_round, others): (Vec<_>, Vec<_>) =
         hypotheses.into_iter().partition(|hypothesis| hypothesis.looks_like_others());
+    let others = others.into_iter().take(SOLVED).chain(of_poses);
+    let turned_round = turned_round.into_iter().take(SOLVED);
     let Some((best, as_good)) = likeliest(trial.best(others)?, trial.best(turned_round)?) else { return Ok(None) };
     let part = telling_part(session, solved.readings());
     let made = (&best.hypothesis.made(session), best.hypothesis.read(&part), best.end.clone());
-    let tried = tried.saturating_add(best.hypothesis.alternatives(session));
+    let tried = tried as f64 + best.hypothesis.alternatives(session);
     let likelier = decisively_likelier(made, (session, solved), tried, environment)?;
     Ok(likelier.then(|| best.report(session, as_good.as_deref())))
 }
@@ -164,10 +166,10 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The one of the first few that explains the readings best, if any does so far better than its rival.
-    fn best(&self, promising: Vec<Arc<dyn Hypothesis>>) -> Result<Option<Explanation>, EstimateError> {
+    /// The one that explains the readings best, if any does so far better than its rival.
+    fn best(&self, promising: impl Iterator<Item = Arc<dyn Hypothesis>>) -> Result<Option<Explanation>, EstimateError> {
         let mut best: Option<Explanation> = None;
-        for hypothesis in promising.into_iter().take(SOLVED) {
+        for hypothesis in promising {
             let explanation = self.explanation(hypothesis)?;
             let explains = explanation.after < BETTER * explanation.before;
             if explains && best.as_ref().is_none_or(|best| explanation.after < best.after) {

@@ -25,8 +25,9 @@ use super::neighbours::Neighbours;
 use super::rows::Rows;
 use super::score::{Outcome, split, tested};
 
-/// Correlations of neighbours for which it is computed what a fit leaves; in between it is taken for linear.
-const CORRELATIONS: [f64; 7] = [0.0, 0.3, 0.5, 0.7, 0.82, 0.9, 0.95];
+/// Correlations of neighbours for which it is computed what a fit leaves; in between it is taken for linear. Noise that is slower passes for noise of the last one: it
+/// can hardly be told from a zero that drifts.
+const CORRELATIONS: [f64; 8] = [0.0, 0.3, 0.5, 0.7, 0.82, 0.9, 0.95, 0.98];
 
 /// Sums over the residuals of a channel that are expected: of products of neighbours, and of squares.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,7 +45,8 @@ struct Noise {
     freedom: f64,
 }
 
-/// Tests a term, of which these unit vectors are left, where neighbours are alike; nothing where they are not. `maker`: without the term.
+/// Tests a term, of which these unit vectors are left, where neighbours are alike; nothing where they are not, or blocks are eliminated, whose part of `U` is not
+/// at hand. `maker`: without the term.
 pub fn test(
     maker: &ResidualMaker,
     rows: &Rows,
@@ -57,15 +59,27 @@ pub fn test(
         known.and_then(|known| known.alike(rows, *channel, &after)).is_some()
     };
     let alike: Vec<usize> = (0..rows.channels()).filter(is_alike).collect();
-    if alike.is_empty() || terms.is_empty() {
+    if alike.is_empty() || terms.is_empty() || maker.has_eliminated() {
         return None;
     }
-    let expected = CORRELATIONS.map(|correlation| expected(maker, rows, terms, &alike, correlation));
+    let fit = basis(maker, terms);
+    let observed: Vec<f64> = alike.iter().map(|channel| ratio(rows, *channel, &after)).collect();
+    let mut left: Vec<Vec<Expected>> = Vec::new();
+    for correlation in CORRELATIONS {
+        left.push(expected(&fit, rows, &alike, correlation));
+        let reached = |(expected, observed): (&Expected, &f64)| expected.products > observed * expected.squares;
+        if left.len() > 1 && left[left.len() - 1].iter().zip(&observed).all(reached) {
+            break;
+        }
+    }
     let mut covariance = DMatrix::zeros(terms.len(), terms.len());
     let (mut sum, mut squares) = (0.0, 0.0);
     for owner in 0..rows.owners() {
         let noise = match alike.iter().position(|channel| *channel == owner) {
-            Some(place) => Noise::of(rows, owner, &after, &expected.each_ref().map(|of| of[place])),
+            Some(place) => {
+                let left: Vec<Expected> = left.iter().map(|of| of[place]).collect();
+                Noise::of(rows, owner, &after, &left)
+            }
             None => Noise::independent(rows, owner, terms, &after),
         };
         let part = noise.variance * products(rows, owner, terms, noise.correlation);
@@ -78,16 +92,15 @@ pub fn test(
 }
 
 impl Noise {
-    /// The one of which these are the residuals. `expected`: for each of [`CORRELATIONS`].
-    fn of(rows: &Rows, channel: usize, after: &[f64], expected: &[Expected; CORRELATIONS.len()]) -> Noise {
+    /// The one of which these are the residuals. `left`: what is expected of the first [`CORRELATIONS`], two at least.
+    fn of(rows: &Rows, channel: usize, after: &[f64], left: &[Expected]) -> Noise {
         let squares: f64 = rows.of_channel(channel).iter().map(|row| rows.count(*row) * after[*row].powi(2)).sum();
-        let plain: f64 = rows.of_channel(channel).iter().map(|row| after[*row].powi(2)).sum();
-        let ratio = rows.pairs(channel).iter().map(|(i, j)| after[*i] * after[*j]).sum::<f64>() / plain;
+        let ratio = ratio(rows, channel, after);
         let share = |place: usize| {
-            let [low, high] = [place, place + 1].map(|at| expected[at].products / expected[at].squares);
+            let [low, high] = [place, place + 1].map(|at| left[at].products / left[at].squares);
             ((ratio - low) / (high - low)).clamp(0.0, 1.0)
         };
-        let last = CORRELATIONS.len() - 2;
+        let last = left.len() - 2;
         let place = (0..last).find(|place| share(*place) < 1.0).unwrap_or(last);
         let between = |low: f64, high: f64| low + share(place) * (high - low);
         let correlation = between(CORRELATIONS[place], CORRELATIONS[place + 1]);
@@ -97,7 +110,7 @@ impl Noise {
             / rows.of_channel(channel).len() as f64;
         Noise {
             correlation,
-            variance: squares / counted / between(expected[place].squares, expected[place + 1].squares),
+            variance: squares / counted / between(left[place].squares, left[place + 1].squares),
             freedom: (rows.freedom()[channel] * independent).max(1.0),
         }
     }
@@ -117,18 +130,22 @@ impl Noise {
     }
 }
 
-/// What is expected of the residuals of each of these channels, where neighbours in all of them are correlated so.
-fn expected(
-    maker: &ResidualMaker,
-    rows: &Rows,
-    terms: &[Vec<f64>],
-    alike: &[usize],
-    correlation: f64,
-) -> Vec<Expected> {
-    let count = maker.residuals().len();
+/// Of products of neighbours over squares.
+fn ratio(rows: &Rows, channel: usize, after: &[f64]) -> f64 {
+    let squares: f64 = rows.of_channel(channel).iter().map(|row| after[*row].powi(2)).sum();
+    rows.pairs(channel).iter().map(|(i, j)| after[*i] * after[*j]).sum::<f64>() / squares
+}
+
+/// `U`, with the terms.
+fn basis(maker: &ResidualMaker, terms: &[Vec<f64>]) -> DMatrix<f64> {
     let of_row = |row: usize| maker.basis_row(row).chain(terms.iter().map(move |term| term[row]));
-    let width = maker.basis_row(0).count() + terms.len();
-    let u = DMatrix::from_row_iterator(count, width, (0..count).flat_map(of_row));
+    let rows: Vec<Vec<f64>> = (0..maker.residuals().len()).map(|row| of_row(row).collect()).collect();
+    DMatrix::from_row_iterator(rows.len(), rows.first().map_or(0, Vec::len), rows.iter().flatten().copied())
+}
+
+/// What is expected of the residuals of each of these channels, where neighbours in all of them are correlated so.
+fn expected(u: &DMatrix<f64>, rows: &Rows, alike: &[usize], correlation: f64) -> Vec<Expected> {
+    let width = u.ncols();
     let mut smoothed = u.clone();
     for mut column in smoothed.column_iter_mut() {
         alike.iter().for_each(|channel| correlate(rows, *channel, correlation, column.as_mut_slice()));
@@ -208,8 +225,11 @@ mod tests {
         let mut at: f64 = random.sample(StandardNormal);
         let step = |place: usize| {
             let new: f64 = random.sample(StandardNormal);
-            at =
-                if place % BINS == 0 { new } else { correlation * at + (1.0 - correlation * correlation).sqrt() * new };
+            at = if place.is_multiple_of(BINS) {
+                new
+            } else {
+                correlation * at + (1.0 - correlation * correlation).sqrt() * new
+            };
             at
         };
         (0..SWEEPS * BINS).map(step).collect()

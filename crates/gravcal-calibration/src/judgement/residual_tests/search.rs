@@ -36,6 +36,18 @@ const ROUNDING: f64 = 1e-10;
 /// Candidates of whose columns the fit's part is taken off at once.
 const TOGETHER: usize = 4;
 
+/// Whether a term is large where the torque is, where friction leaves most at rest.
+fn goes_with_torque(kind: &ResidualTestKind) -> bool {
+    matches!(
+        kind,
+        ResidualTestKind::TorqueNonlinearity
+            | ResidualTestKind::TorqueGain { .. }
+            | ResidualTestKind::TorqueGainTrend
+            | ResidualTestKind::Crosstalk { .. }
+            | ResidualTestKind::LoadFriction
+    )
+}
+
 /// What is searched.
 pub struct Search<'a> {
     pub session: &'a Session,
@@ -137,8 +149,8 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a candidate is less certain where noise is of first order, or grows with the term, as residuals show; it has that p-value then. It is asked
-    /// once.
+    /// Whether a candidate is less certain where noise is of first order, or, of what goes with the torque, grows with it, as residuals show; it has that
+    /// p-value then. It is asked once.
     fn is_less_certain(
         &self,
         maker: &ResidualMaker,
@@ -150,7 +162,8 @@ impl Search<'_> {
             return false;
         }
         let terms = lacking(maker, self.columns_of(&tested.candidate));
-        let others = [first_order::test(maker, rows, neighbours, &terms), uneven_scatter::test(maker, rows, &terms)];
+        let uneven = goes_with_torque(&tested.test.kind).then(|| uneven_scatter::test(maker, rows, &terms)).flatten();
+        let others = [first_order::test(maker, rows, neighbours, &terms), uneven];
         let least = others.into_iter().flatten().max_by(|a, b| a.2.total_cmp(&b.2));
         let Some((statistic, degrees_of_freedom, p_value)) = least.filter(|least| least.2 > tested.test.p_value) else {
             return false;
