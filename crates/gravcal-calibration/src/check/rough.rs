@@ -40,7 +40,7 @@ fn from_both_sides(session: &Session) -> Option<String> {
     let stood = session.searched.iter().any(|searched| searched.standstills.is_some());
     (stood && !joints.is_empty()).then(|| {
         format!(
-            "To nearly all standstills these joints came from one side: {}. What friction leaves at rest changes its sign with the side; where \
+            "To most standstills these joints came from one side: {}. What friction leaves at rest changes its sign with the side; where \
              that is always the same, it is in the torque bias, whose interval is wider for it. Come to some poses from each side.",
             joints.join(", ")
         )

@@ -30,7 +30,7 @@ const MOST: f64 = 0.5;
 const LISTED: usize = 8;
 
 /// Poses that carry the same instead of what they are said to carry.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 struct MislabelledPoses {
     said: Option<usize>,
     carried: Option<usize>,

@@ -12,7 +12,7 @@
 //! one beside the diagonal, residuals of channel `c` have
 //!
 //! ```text
-//!     E Σ r_t r_{t+1} = tr (M R M A)_c,      E Σ r_t² = f tr (M R M)_c
+//!     E Σ r_t r_{t+1} = f tr (M R M A)_c,      E Σ r_t² = f tr (M R M)_c
 //! ```
 //!
 //! so that `ρ` is the one whose ratio of the two is theirs, and `f` follows. For what a channel shares with others `R` is taken to be the same in all. A
@@ -29,7 +29,7 @@ use super::score::{Outcome, split, tested};
 /// can hardly be told from a zero that drifts.
 const CORRELATIONS: [f64; 8] = [0.0, 0.3, 0.5, 0.7, 0.82, 0.9, 0.95, 0.98];
 
-/// Sums over the residuals of a channel that are expected: of products of neighbours, and of squares.
+/// Sums over the residuals of a channel that are expected of noise of unit variance: of products of neighbours, and of squares.
 #[derive(Clone, Copy, Debug, Default)]
 struct Expected {
     products: f64,
@@ -62,11 +62,11 @@ pub fn test(
     if alike.is_empty() || terms.is_empty() || maker.has_eliminated() {
         return None;
     }
-    let fit = basis(maker, terms);
+    let basis = basis(maker, terms);
     let observed: Vec<f64> = alike.iter().map(|channel| ratio(rows, *channel, &after)).collect();
     let mut left: Vec<Vec<Expected>> = Vec::new();
     for correlation in CORRELATIONS {
-        left.push(expected(&fit, rows, &alike, correlation));
+        left.push(expected(&basis, rows, &alike, correlation));
         let reached = |(expected, observed): (&Expected, &f64)| expected.products > observed * expected.squares;
         if left.len() > 1 && left[left.len() - 1].iter().zip(&observed).all(reached) {
             break;
