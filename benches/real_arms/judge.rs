@@ -1,7 +1,7 @@
 //! One session: simulated, calibrated as `gravcal calibrate` does it, and held against its truth.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
 use gravcal_calibration::{SolveEnvironment, check_choice};
@@ -10,9 +10,9 @@ use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
-use crate::arms::arms;
-use crate::line::{Line, Setting, Source};
-use crate::spoilt::{misjudge_masses, tabulate};
+use crate::arms::{Arm, arms};
+use crate::line::{Line, Recording, Setting, Source};
+use crate::spoilt::{misjudge_masses, tabulate, write_degrees};
 
 /// An estimated number beside the truth.
 pub struct Reported {
@@ -40,23 +40,9 @@ pub struct Judged {
 /// # Errors
 /// Where files cannot be written, or the simulation is refused.
 pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Option<&str>) -> Result<Judged, String> {
-    let said = |error: &dyn std::fmt::Display| error.to_string();
-    let all = arms(setting.from.moves());
-    let arm = usize::try_from(number % all.len().max(1) as u64).ok().and_then(|place| all.get(place));
-    let arm = arm.ok_or("no arm is there: name the folder of URDFs in GRAVCAL_SHARED_DATA")?;
-    fs::create_dir_all(folder).map_err(|error| said(&error))?;
-    let path = folder.join("simulation.toml");
-    fs::write(&path, setting.simulation(arm, seed, number)).map_err(|error| said(&error))?;
-    let simulation = Simulation::read(&path).map_err(|error| said(&error))?;
-    let files = write_session(&simulation, 0, folder, true).map_err(|error| said(&error))?;
-    let text = fs::read_to_string(&files[0]).map_err(|error| said(&error))?;
-    fs::write(&files[0], setting.spoil(text, arm)?).map_err(|error| said(&error))?;
-    match (setting.from, &arm.urdf) {
-        (Source::Sweeps, Some(urdf)) => misjudge_masses(&files[0], urdf, seed ^ number.rotate_left(32))?,
-        (Source::Table, _) => tabulate(&files[0])?,
-        _ => {}
-    }
-    Ok(match calibrated(&files[0]) {
+    let arm = arm_of(setting, number)?;
+    let (simulation, session) = recorded(setting, &arm, Recording { seed, number, take: 0, moved: None }, folder)?;
+    Ok(match calibrated(&session) {
         Ok(result) => Judged {
             arm: arm.name,
             exit: match result.verdict {
@@ -74,7 +60,47 @@ pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Op
     })
 }
 
-fn calibrated(path: &Path) -> Result<EstimatorResult, String> {
+/// The arm of a session: they take turns.
+pub fn arm_of(setting: &Setting, number: u64) -> Result<Arm, String> {
+    let mut all = arms(setting.from.moves());
+    let place = usize::try_from(number % all.len().max(1) as u64).unwrap_or(0);
+    match place < all.len() {
+        true => Ok(all.swap_remove(place)),
+        false => Err("no arm is there: name the folder of URDFs in GRAVCAL_SHARED_DATA".into()),
+    }
+}
+
+/// Simulates one recording, and its session as a user of that line writes it.
+pub fn recorded(
+    setting: &Setting,
+    arm: &Arm,
+    recording: Recording,
+    folder: &Path,
+) -> Result<(Simulation, PathBuf), String> {
+    let said = |error: &dyn std::fmt::Display| error.to_string();
+    fs::create_dir_all(folder).map_err(|error| said(&error))?;
+    let path = folder.join("simulation.toml");
+    fs::write(&path, setting.simulation(arm, recording)).map_err(|error| said(&error))?;
+    let simulation = Simulation::read(&path).map_err(|error| said(&error))?;
+    let mut files = write_session(&simulation, 0, folder, true).map_err(|error| said(&error))?;
+    let session = files.swap_remove(0);
+    let text = fs::read_to_string(&session).map_err(|error| said(&error))?;
+    fs::write(&session, setting.spoil(text, arm)?).map_err(|error| said(&error))?;
+    if setting.line == Line::Radians {
+        write_degrees(folder)?;
+    }
+    match (setting.from, &arm.urdf) {
+        (Source::Sweeps, Some(urdf)) => {
+            misjudge_masses(&session, urdf, recording.seed ^ recording.number.rotate_left(32))?
+        }
+        (Source::Table, _) => tabulate(&session)?,
+        _ => {}
+    }
+    Ok((simulation, session))
+}
+
+/// The joint estimate, as `gravcal calibrate` makes it.
+pub fn calibrated(path: &Path) -> Result<EstimatorResult, String> {
     let session = read_session(path).map_err(|error| error.to_string())?;
     let (solver, estimators) = (LevenbergMarquardt::default(), [EstimatorName::Joint]);
     check_choice(&session, &estimators, &solver).map_err(|error| error.to_string())?;

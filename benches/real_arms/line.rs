@@ -1,6 +1,7 @@
 //! What recordings of a line are like, and the simulation of one.
 
 use clap::ValueEnum;
+use gravcal_robot_model::parameter::SensorParameter;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
@@ -66,6 +67,10 @@ pub enum Line {
     Label,
     /// Three of the bare poses, in the middle, are said to carry the load.
     LabelSome,
+    /// Positions are in radians and said to be in degrees.
+    Degrees,
+    /// Positions are in degrees and said to be in radians.
+    Radians,
 }
 
 /// Where poses come from.
@@ -88,6 +93,27 @@ impl Source {
     }
 }
 
+/// One recording of an arm.
+#[derive(Clone, Copy, Debug)]
+pub struct Recording {
+    pub seed: u64,
+    /// The session; its arm's sensors depend on the seed and this alone.
+    pub number: u64,
+    /// Which of the recordings of this arm: poses and noise are others in each.
+    pub take: u64,
+    /// What is not where it was in the first one.
+    pub moved: Option<Moved>,
+}
+
+/// A sensor that moved.
+#[derive(Clone, Copy, Debug)]
+pub struct Moved {
+    pub joint: usize,
+    pub parameter: SensorParameter,
+    /// By how much, unit of the parameter.
+    pub by: f64,
+}
+
 /// What is simulated.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {
@@ -97,12 +123,14 @@ pub struct Setting {
     pub speed: f64,
     /// Coulomb friction, N·m.
     pub friction: f64,
+    /// Whether sessions say that readings have no errors beyond their noise and that joints do not bend.
+    pub exact: bool,
     poses: usize,
     samples: usize,
 }
 
 impl Setting {
-    pub fn of(line: Line, friction: f64, (from, speed): (Source, f64)) -> Setting {
+    pub fn of(line: Line, friction: f64, (from, speed): (Source, f64), exact: bool) -> Setting {
         let poses = match line {
             _ if from == Source::Motion => STRETCHES,
             Line::Few => 9,
@@ -115,7 +143,7 @@ impl Setting {
             Line::Long => 4 * DWELL,
             _ => DWELL,
         };
-        Setting { line, from, speed, friction, poses, samples }
+        Setting { line, from, speed, friction, exact, poses, samples }
     }
 
     pub fn name(&self) -> String {
@@ -124,7 +152,8 @@ impl Setting {
     }
 
     /// `simulation.toml` of one session.
-    pub fn simulation(&self, arm: &Arm, seed: u64, number: u64) -> String {
+    pub fn simulation(&self, arm: &Arm, recording: Recording) -> String {
+        let Recording { seed, number, take, moved } = recording;
         let mut random = Pcg64::new(u128::from(seed), u128::from(number));
         let normal = |random: &mut Pcg64, std: f64| std * random.sample::<f64, _>(StandardNormal);
         // Of an arm that stands, the noise of a mean is stated, of which its samples are drawn.
@@ -140,9 +169,9 @@ impl Setting {
              [torque]\nunit = \"N·m\"\nstd = {torque}\nconverter = {{ bits = 17, range = [-327.68, 327.68] }}\n\
              [position]\nunit = \"rad\"\n{position}",
             arm.robot,
-            Pcg64::seed_from_u64(seed ^ number.rotate_left(32)).random::<u32>()
+            Pcg64::seed_from_u64(seed ^ number.rotate_left(32) ^ take.rotate_left(48)).random::<u32>()
         );
-        text += &self.recording();
+        text += &self.recorded();
         if self.from == Source::Motion {
             text += &format!("motion = {{ harmonics = 5, period_s = {}, seed = {number} }}\n", arm.period);
         }
@@ -153,6 +182,12 @@ impl Setting {
             let [gain, bias] = [1.0 + normal(&mut random, 0.03), normal(&mut random, 0.3)];
             let [scale, offset] =
                 [1.0 + normal(&mut random, 0.003), if index == 0 { 0.0 } else { normal(&mut random, 0.01) }];
+            let moved_by = |parameter: SensorParameter| {
+                moved.filter(|moved| moved.joint == index && moved.parameter == parameter).map_or(0.0, |moved| moved.by)
+            };
+            let [gain, bias] =
+                [gain + moved_by(SensorParameter::TorqueGain), bias + moved_by(SensorParameter::TorqueBias)];
+            let offset = offset + moved_by(SensorParameter::PositionOffset);
             text += &format!(
                 "[[joint]]\nname = {joint:?}\ntorque_sensor = {{ gain = {{ value = {gain}, unit = \"N·m/(N·m)\" }}, bias = {{ value = {bias}, unit = \"N·m\" }} }}\n\
                  position_sensor = {{ gain = {{ value = {scale}, unit = \"rad/rad\" }}, offset = {{ value = {offset}, unit = \"rad\" }} }}\n"
@@ -175,7 +210,7 @@ impl Setting {
         table("bare", "") + &table("loaded", "load = \"weight\"\n")
     }
 
-    fn recording(&self) -> String {
+    fn recorded(&self) -> String {
         let move_s = if self.from == Source::Sweeps { 0.3 } else { MOVE };
         let mut text = format!(
             "[recording]\nrate_hz = 200\nsamples = {}\nmove_s = {move_s}\nsettling_s = 0.3\nvibration = 5\nsettling_time_constant_s = 0.05\n",
@@ -251,6 +286,15 @@ impl Setting {
                     "{file}until_s = {from}\n\n{file}from_s = {from}\nuntil_s = {until}\nload = \"weight\"\n\n{file}from_s = {until}\n"
                 );
                 replaced(&session, file, &some)
+            }
+            Line::Degrees => {
+                let units = |unit: &str| format!("unit = [{}]", vec![format!("{unit:?}"); arm.joints.len()].join(", "));
+                replaced(&session, &units("rad"), &units("deg"))
+            }
+            _ if self.exact => {
+                let torque = "[readings.torque]\n";
+                let exact = replaced(&session, torque, &format!("{torque}unexplained_std = \"none\"\n"))?;
+                Ok(exact + "\n[deflection]\ncompliance_std_rad_per_newton_metre = 0\n")
             }
             _ => Ok(session),
         }

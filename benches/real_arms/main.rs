@@ -5,15 +5,16 @@
 //! A recording of an arm that stands is 25 bare and 25 loaded poses, dwells of 1.5 s at 200 Hz, noise of 0.03 N·m a sample rounded to 0.005. A line prints how
 //! many sessions ended with which exit code, how often 95 % intervals hold the truth (all but biases, and biases), the root mean square
 //! of errors in standard deviations, the same of sessions that ended with exit code 0, the parameter whose interval holds the truth least
-//! often, and how wide intervals are.
+//! often, and how wide intervals are. With `--twice` each arm is recorded twice, and both calibrations are compared.
 
 mod arms;
 mod judge;
 mod line;
 mod spoilt;
 mod tally;
+mod twice;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -21,9 +22,9 @@ use clap::Parser;
 use gravcal_benches::program::{ended, progress};
 use rayon::ThreadPoolBuilder;
 
-use judge::{Judged, judge};
+use judge::judge;
 use line::{Line, Setting, Source};
-use tally::{heading, row};
+use twice::compare_two;
 
 /// The program's own.
 #[global_allocator]
@@ -59,6 +60,15 @@ struct Arguments {
     /// A word of what a session should name; counts sessions whose report has it.
     #[arg(long, value_name = "TEXT")]
     named: Option<String>,
+    /// Sessions say that readings have no errors beyond their noise and that joints do not bend: how wide intervals of a right model are.
+    #[arg(long)]
+    exact: bool,
+    /// Records each arm twice, compares both calibrations as `gravcal compare` does, and counts pairs in which a sensor is named.
+    #[arg(long)]
+    twice: bool,
+    /// A sensor of the second recording has moved by so many of its standard deviations in the first: each joint's in turn, and of each its torque gain, torque bias and position offset.
+    #[arg(long, value_name = "STDS", requires = "twice", value_parser = not_negative)]
+    moved_stds: Option<f64>,
     /// Folder that keeps each session with its truth, for `gravcal calibrate`.
     #[arg(long, value_name = "FOLDER")]
     keep: Option<PathBuf>,
@@ -85,24 +95,41 @@ fn run(arguments: &Arguments) -> Result<(), String> {
             "the line label-some goes with --poses standstills: it says from when to when the load is there".into()
         );
     }
-    println!("{}", heading());
+    let Arguments { seed, twice, moved_stds, .. } = *arguments;
+    println!("{}", if twice { twice::heading() } else { tally::heading() });
     for line in &arguments.lines {
         for friction in &arguments.friction_nm {
-            let judged =
-                sessions(arguments, Setting::of(*line, *friction, (arguments.from, arguments.speed_deg_per_s)))?;
-            println!("{}", row(*line, *friction, &judged));
+            let from = (arguments.from, arguments.speed_deg_per_s);
+            let setting = Setting::of(*line, *friction, from, arguments.exact);
+            let row = match twice {
+                true => {
+                    let pair = |number, folder: &Path| compare_two(&setting, (seed, number), folder, moved_stds);
+                    twice::row(*line, *friction, &sessions(arguments, &setting, pair)?)
+                }
+                false => {
+                    let named = arguments.named.as_deref();
+                    let session = |number, folder: &Path| judge(&setting, seed, number, folder, named);
+                    tally::row(*line, *friction, &sessions(arguments, &setting, session)?)
+                }
+            };
+            println!("{row}");
         }
     }
     Ok(())
 }
 
-/// Judges the sessions of one line on several threads. Each has a pool of its own with one thread, in which calibrations run.
-fn sessions(arguments: &Arguments, setting: Setting) -> Result<Vec<Judged>, String> {
+/// Judges the sessions of one line on several threads. Each has a pool of its own with one thread, in which calibrations run. `judge`: one session, by its
+/// number and the folder for its files.
+fn sessions<J: Send>(
+    arguments: &Arguments,
+    setting: &Setting,
+    judge: impl Fn(u64, &Path) -> Result<J, String> + Sync,
+) -> Result<Vec<J>, String> {
     let threads =
         arguments.threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
     let (next, end) = (AtomicU64::new(arguments.first), arguments.first + arguments.sessions);
     let bar = progress(arguments.sessions, "sessions");
-    let some = || -> Result<Vec<(u64, Judged)>, String> {
+    let some = || -> Result<Vec<(u64, J)>, String> {
         let alone = ThreadPoolBuilder::new().num_threads(1).build().map_err(|error| error.to_string())?;
         let mut judged = Vec::new();
         loop {
@@ -113,8 +140,7 @@ fn sessions(arguments: &Arguments, setting: Setting) -> Result<Vec<Judged>, Stri
             let temporary = tempfile::tempdir().map_err(|error| error.to_string())?;
             let folder =
                 arguments.keep.as_deref().unwrap_or(temporary.path()).join(format!("{}-{number}", setting.name()));
-            let one = alone.install(|| judge(&setting, arguments.seed, number, &folder, arguments.named.as_deref()))?;
-            judged.push((number, one));
+            judged.push((number, alone.install(|| judge(number, &folder))?));
             bar.inc(1);
         }
     };
@@ -123,8 +149,7 @@ fn sessions(arguments: &Arguments, setting: Setting) -> Result<Vec<Judged>, Stri
         running.into_iter().map(|one| one.join().unwrap_or_else(|_| Err("a thread panicked".into()))).collect()
     });
     bar.finish_and_clear();
-    let mut judged: Vec<(u64, Judged)> =
-        parts.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
+    let mut judged: Vec<(u64, J)> = parts.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect();
     judged.sort_by_key(|(number, _)| *number);
     Ok(judged.into_iter().map(|(_, judged)| judged).collect())
 }

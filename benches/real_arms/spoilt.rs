@@ -42,6 +42,27 @@ fn multiplied(line: &str, factor: f64) -> String {
     line.split('"').enumerate().map(part).collect::<Vec<_>>().join("\"")
 }
 
+/// Writes the positions of all recordings of a folder in degrees instead of radians.
+pub fn write_degrees(folder: &Path) -> Result<(), String> {
+    let said = |error: std::io::Error| error.to_string();
+    let files = fs::read_dir(folder).map_err(said)?.collect::<Result<Vec<_>, _>>().map_err(said)?;
+    let is_recording = |path: &Path| path.extension().is_some_and(|extension| extension == "csv");
+    for path in files.into_iter().map(|file| file.path()).filter(|path| is_recording(path)) {
+        let text = fs::read_to_string(&path).map_err(said)?;
+        let mut lines = text.lines().skip_while(|line| line.starts_with('#'));
+        let heading = lines.next().ok_or("a recording without rows")?;
+        let positions: Vec<bool> = heading.split(',').map(|column| column.ends_with(".position")).collect();
+        let cell = |(cell, position): (&str, &bool)| match cell.parse::<f64>() {
+            Ok(angle) if *position => angle.to_degrees().to_string(),
+            _ => cell.to_owned(),
+        };
+        let row = |row: &str| row.split(',').zip(&positions).map(cell).collect::<Vec<_>>().join(",");
+        let rows: Vec<String> = lines.map(row).collect();
+        fs::write(&path, format!("{heading}\n{}\n", rows.join("\n"))).map_err(said)?;
+    }
+    Ok(())
+}
+
 /// Puts tables of the standstills' means in the place of the recordings, which say nothing of noise.
 pub fn tabulate(path: &Path) -> Result<(), String> {
     let session = read_session(path).map_err(|error| error.to_string())?;

@@ -81,6 +81,21 @@ fn errors_of_each_joint_are_found_in_its_own_size() {
     assert!((fit.chi_squared / fit.degrees_of_freedom as f64 - 1.0).abs() < 0.01 && fit.p_value.is_none(), "{fit:?}");
 }
 
+/// What leaving out poses tells scatters, and the larger of two deviations is too wide where the model is right.
+#[test]
+fn poses_are_left_out_where_errors_show_alone() {
+    let told = |std: [f64; 3], trial: u64| {
+        let result = estimate(&with_errors(&shoulder(), std, trial));
+        assert_eq!(result.verdict, Verdict::Determined, "{} {:?}", result.termination, result.notes);
+        (matches!(result.uncertainty, Some(UncertaintyResult::LargerOfNoiseAndJackknife { .. })), sizes(&result))
+    };
+    // Half of the sensors of right readings have some error by chance.
+    let right: Vec<_> = (0..12).map(|trial| told([0.0; 3], trial)).collect();
+    assert!(right.iter().filter(|(_, sizes)| sizes.iter().any(|size| size.std > 0.0)).count() > 6);
+    assert!(right.iter().filter(|(left_out, _)| *left_out).count() <= 3, "one of twenty tests, and a few of four");
+    assert!((0..4).all(|trial| told([0.0, 0.5 * MEAN, 0.0], trial).0), "half the noise of one of three sensors");
+}
+
 /// Errors of positions move torques, too; what they explain is none of the others.
 #[test]
 fn errors_beside_those_of_positions_are_found_in_their_own_size() {

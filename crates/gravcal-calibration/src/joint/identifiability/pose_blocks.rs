@@ -53,7 +53,7 @@ impl Solved {
     }
 
     fn found_blocks(&self, session: &Session, poses: &[usize]) -> Result<BlocksOfPoses, StatisticsError> {
-        let correlation = neighbour_correlation(&self.solution(), &self.neighbours(session))?;
+        let correlation = self.neighbours_correlation(session)?;
         let wanted = block_length(correlation, poses.len()).max(poses.len().div_ceil(MOST_BLOCKS));
         let stretches = tables(session, poses);
         let mut length = wanted.min(poses.len() / MIN_BLOCKS_LEFT_OUT).max(1);
@@ -66,6 +66,11 @@ impl Solved {
                 }
             }
         }
+    }
+
+    /// Correlation of the errors of neighbouring poses; 0 where there is none but by chance.
+    pub(in crate::joint) fn neighbours_correlation(&self, session: &Session) -> Result<f64, StatisticsError> {
+        neighbour_correlation(&self.solution(), &self.neighbours(session))
     }
 
     /// Of each channel, the rows of its readings in the poses of each table.

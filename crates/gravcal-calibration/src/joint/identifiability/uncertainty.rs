@@ -112,8 +112,8 @@ impl Solved {
             None => uncertainty,
         };
         let by_noise = UncertaintyResult::Noise { source, widened_by };
-        let errs = misfit.is_some() || self.readings().unexplained_found(session);
-        if !(errs || errs_by_pose) || !self.may_leave_out_poses() {
+        let errs = misfit.is_some() || errs_by_pose || self.shows_unexplained(session)?;
+        if !errs || !self.may_leave_out_poses() {
             return Ok((uncertainty, by_noise));
         }
         let (left_out, jackknife) = match self.jackknife(session, PoseBlocks::Found) {
@@ -123,6 +123,19 @@ impl Solved {
         };
         let reported = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
         Ok((uncertainty.larger_of(left_out), reported))
+    }
+
+    /// Whether readings show errors beyond their noise: larger than chance makes them, or alike in neighbouring poses. What leaving out poses tells
+    /// scatters, and the larger of two is too wide where nothing shows.
+    fn shows_unexplained(&self, session: &Session) -> Result<bool, EstimateError> {
+        if !self.readings().unexplained_found(session) {
+            return Ok(false);
+        }
+        let readings = self.readings();
+        if readings.loss != Loss::None || readings.lasting.is_some() || self.errs_beyond_chance(session)? {
+            return Ok(true);
+        }
+        Ok(self.neighbours_correlation(session)? > 0.0)
     }
 
     /// By what the standard deviation of each column is larger that rests on one joint's noise, where this has fewer degrees of freedom than

@@ -2,13 +2,27 @@
 //!
 //! It is found with residuals and leverages as they are, the fit is repeated with the new weights, and so on (`solve_from.rs`), until both
 //! stand. Where residuals are no larger than the noise makes them, it is zero and everything is as if there were none.
+//!
+//! **Beyond chance.** Of errors that are not there half the channels find some. What tells a session with a right model from others is whether the
+//! residuals of any channel, or of all together, are larger than noise makes them by chance:
+//!
+//! ```text
+//!     Σ e²/σ²  of the readings of a channel, beside χ² of Σ (1 − h) degrees of freedom
+//! ```
+//!
+//! with `σ` the noise of a reading alone and `h` its leverage.
 
-use gravcal_estimation::Loss;
+use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_identification::{ErrorRow, RowResidual, variance_beyond_noise, variance_beyond_noise_by_median};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::joint::measurement_set::{MeasurementSet, first_noise, stated};
 use crate::joint::solved::Solved;
+
+/// Probability with which noise alone passes for errors beyond it. Errors that go unseen are small beside the noise; those that pass for such cost
+/// a tenth of an interval's width.
+const BY_CHANCE: f64 = 0.05;
 
 impl MeasurementSet {
     /// The same with unexplained errors of channels where they are estimated, as large as a first guess of noise.
@@ -81,6 +95,21 @@ impl Solved {
         rows.iter().zip(errors).zip(&self.readings().unexplained).map(variance).collect()
     }
 
+    /// Whether the residuals of a channel where such errors are estimated, or of all of these together, are larger than noise makes them by chance.
+    ///
+    /// # Errors
+    /// Where the model has no finite value at the solution.
+    pub(in crate::joint) fn errs_beyond_chance(&self, session: &Session) -> Result<bool, EvaluateError> {
+        let rows = self.unexplained_rows(session, &self.row_residuals()?);
+        let estimated = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
+        let channels: Vec<Vec<ErrorRow>> =
+            rows.into_iter().zip(estimated).filter_map(|(rows, estimated)| estimated.then_some(rows)).collect();
+        let all: Vec<ErrorRow> = channels.iter().flatten().copied().collect();
+        let smallest = channels.iter().filter_map(|rows| noise_alone(rows)).fold(1.0, f64::min);
+        let of_all = noise_alone(&all).unwrap_or(1.0);
+        Ok((channels.len() as f64 * smallest).min(of_all) < BY_CHANCE)
+    }
+
     /// The readings of each channel.
     fn unexplained_rows(&self, session: &Session, rows: &[RowResidual]) -> Vec<Vec<ErrorRow>> {
         let mut by_channel = vec![Vec::new(); session.channel_count()];
@@ -110,5 +139,32 @@ impl Solved {
             (new - old).abs() <= 2.0 * tolerance * (noise / f64::max(count, 1.0) + old)
         };
         unexplained.iter().zip(&self.readings().unexplained).zip(own).all(stands)
+    }
+}
+
+/// Probability of residuals at least as large if they are noise alone; nothing where no degree of freedom is left.
+fn noise_alone(rows: &[ErrorRow]) -> Option<f64> {
+    let left = || rows.iter().filter(|row| row.freedom > 0.0);
+    let statistic: f64 = left().map(|row| row.squared / row.noise).filter(|share| !share.is_nan()).sum();
+    let law = ChiSquared::new(left().map(|row| row.freedom).sum()).ok()?;
+    Some(if statistic.is_finite() { law.sf(statistic) } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `χ²` of two degrees of freedom is exponential: `p = e^(−χ²/2)`.
+    #[test]
+    fn residuals_are_held_against_noise_alone() {
+        let row = |squared: f64| ErrorRow { noise: 4.0, squared, freedom: 0.5 };
+        let rows = [row(4.0), row(8.0), row(0.0), row(12.0)];
+        assert!((noise_alone(&rows).unwrap() - (-3.0_f64).exp()).abs() < 1e-12);
+        assert_eq!(noise_alone(&[]), None);
+        assert_eq!(noise_alone(&[ErrorRow { freedom: 0.0, ..row(1.0) }]), None, "nothing is left of it");
+        // A sensor that reads the same number throughout a dwell has no noise of its own.
+        let exact = ErrorRow { noise: 0.0, ..row(1.0) };
+        assert_eq!(noise_alone(&[row(4.0), exact]), Some(0.0));
+        assert_eq!(noise_alone(&[row(4.0), ErrorRow { squared: 0.0, ..exact }]), noise_alone(&[row(4.0), row(0.0)]));
     }
 }
