@@ -33,6 +33,8 @@ pub struct State {
     pub static_friction: Vec<Vec<f64>>,
     /// What friction leaves at rest, by joint, unit of the torque reading; empty where it is zero.
     pub at_rest: Vec<f64>,
+    /// By how much more it leaves where a joint carries twice as much as in the mean, by joint, unit of the torque reading; empty where it does not grow.
+    pub growing_friction: Vec<f64>,
     /// By how much joints bend that are not declared to, by joint, rad/(N·m); empty where none does.
     pub bending: Vec<f64>,
     /// How far joints sit from where the robot's description has them, m, in the order of the variables' own; empty where lengths are exact.
@@ -60,6 +62,7 @@ impl State {
             deflections: Vec::new(),
             static_friction: Vec::new(),
             at_rest: Vec::new(),
+            growing_friction: Vec::new(),
             bending: Vec::new(),
             lengths: Vec::new(),
             axes: Vec::new(),
@@ -117,6 +120,7 @@ impl State {
             deflections: self.deflections.clone(),
             static_friction: self.static_friction.clone(),
             at_rest: self.at_rest.clone(),
+            growing_friction: self.growing_friction.clone(),
             bending: self.bending.clone(),
             lengths: self.lengths.clone(),
             axes: self.axes.clone(),

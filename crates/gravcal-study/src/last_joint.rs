@@ -154,6 +154,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         deflections: Vec::new(),
         static_friction: Vec::new(),
         at_rest: Vec::new(),
+        growing_friction: Vec::new(),
         bending: Vec::new(),
         lengths: Vec::new(),
         axes: Vec::new(),

@@ -24,8 +24,8 @@ pub struct MeasurementSet {
     pub noise: Vec<f64>,
     /// Variance, by channel, of errors that the readings' noise does not explain; square of their unit.
     pub unexplained: Vec<f64>,
-    /// One standard deviation, by joint, of what friction leaves at rest; zero where that is no unknown, empty as long as it is not looked for.
-    pub at_rest: Vec<f64>,
+    /// By joint, what friction leaves at rest; empty as long as it is not looked for.
+    pub(super) at_rest: Vec<AtRest>,
     /// By pose and joint, from which side it came to rest there, where the order of rows tells it (`sides_by_order.rs`); empty where the session says it.
     pub(super) sides: Arc<[Vec<f64>]>,
     /// Errors that last as long as a joint stands; nothing where there are none, or as long as they are not looked for (`model_error/lasting.rs`).
@@ -41,6 +41,28 @@ pub struct MeasurementSet {
     pub loss: Loss,
     /// In which order they enter.
     pub order: Order,
+}
+
+/// What friction leaves at rest of a joint (`model_error/at_rest.rs`).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct AtRest {
+    /// One standard deviation, unit of the torque reading; zero where it is no unknown.
+    pub std: f64,
+    /// What the joint carries, where friction may grow with it (`model_error/growing_friction.rs`).
+    pub carried: Option<Carried>,
+    /// One standard deviation of what it grows by, unit of the torque reading; zero where that is no unknown, or as long as it is not looked for.
+    pub growth_std: f64,
+    /// How much of it grows so, from 0 to 1, as an earlier solution has it.
+    pub growing_share: f64,
+}
+
+/// What gravity makes a joint's sensor read in the poses in which it stands, unit of the reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Carried {
+    /// What it reads of nothing.
+    pub bias: f64,
+    /// Mean size of what it reads beyond that.
+    pub mean: f64,
 }
 
 /// What may bend joints: `bending.rs` finds it.
@@ -234,7 +256,9 @@ impl MeasurementSet {
     /// Standard deviation of one reading, unexplained errors included, unit of the reading.
     pub fn std(&self, session: &Session, id: ReadingId) -> f64 {
         let own = self.own_std(session, id);
-        let unexplained = self.unexplained[id.channel] + self.of_unknown_side(session, id) + self.lasting_alone(id);
+        let unexplained = self.unexplained[id.channel] * self.growing_scatter(session, id).powi(2)
+            + self.of_unknown_side(session, id)
+            + self.lasting_alone(id);
         let std = if unexplained > 0.0 { (own * own + unexplained).sqrt() } else { own };
         std.max(self.floor[id.channel])
     }

@@ -36,6 +36,8 @@ pub struct VariableIndex {
     pub static_friction: Option<StaticFriction>,
     /// What friction leaves at rest, where it is an unknown; unit of the torque reading.
     pub at_rest: Option<OfJoints>,
+    /// By how much more that is where a joint carries twice as much as in the mean, where that is an unknown; unit of the torque reading.
+    pub growing_friction: Option<OfJoints>,
     /// By stay of a joint that several readings share, the error that lasts through it, where that is an unknown; unit of the torque reading.
     pub lasting: Vec<Option<BlockId>>,
     /// How far joints bend under their torque, where that is an unknown; rad/(N·m).
@@ -87,6 +89,7 @@ impl VariableIndex {
                 .as_ref()
                 .map_or_else(Vec::new, |friction| friction.values(values, self.sensors.len())),
             at_rest: self.by_joint(self.at_rest.as_ref(), values),
+            growing_friction: self.by_joint(self.growing_friction.as_ref(), values),
             bending: self.by_joint(self.bending.as_ref(), values),
             lengths: self.lengths.as_ref().map_or_else(Vec::new, |lengths| values.get(lengths.block).to_vec()),
             axes: self.axes.as_ref().map_or_else(Vec::new, |axes| values.get(axes.block).to_vec()),

@@ -100,6 +100,7 @@ mod tests {
             deflections: Vec::new(),
             static_friction: Vec::new(),
             at_rest: Vec::new(),
+            growing_friction: Vec::new(),
             bending: Vec::new(),
             lengths: Vec::new(),
             axes: Vec::new(),

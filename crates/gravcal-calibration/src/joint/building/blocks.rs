@@ -12,8 +12,8 @@ use crate::joint::building::position_unknowns::add_unknowns;
 use crate::joint::building::static_friction;
 use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::measurement_set::MeasurementSet;
-use crate::joint::model_error::at_rest;
 use crate::joint::model_error::lasting;
+use crate::joint::model_error::{at_rest, growing_friction};
 use crate::joint::problem::JointProblem;
 use crate::joint::variables::{State, VariableIndex, WithPayload};
 
@@ -36,11 +36,22 @@ pub(in crate::joint) fn add_unknown_blocks(
     let position_unknowns = add_unknowns(session, readings, start, builder);
     let static_friction = static_friction::add_unknown(session, start, builder);
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
+    let growing_friction = growing_friction::add_unknown(session, readings, start, builder);
     let lasting = lasting::add_unknowns(session, readings, builder);
     let bending = bent_joints::add_unknown(session, readings, start, builder);
     let lengths = lengths::add_unknown(session, readings, start, builder);
     let axes = axes::add_unknown(session, readings, start, builder);
-    VariableIndex { position_unknowns, static_friction, at_rest, lasting, bending, lengths, axes, ..variables }
+    VariableIndex {
+        position_unknowns,
+        static_friction,
+        at_rest,
+        growing_friction,
+        lasting,
+        bending,
+        lengths,
+        axes,
+        ..variables
+    }
 }
 
 pub(in crate::joint) fn add_blocks(
@@ -106,6 +117,7 @@ pub(in crate::joint) fn add_blocks(
         position_unknowns: Vec::new(),
         static_friction: None,
         at_rest: None,
+        growing_friction: None,
         lasting: Vec::new(),
         bending: None,
         lengths: None,

@@ -115,7 +115,9 @@ fn add_parameter_priors(
     }
     let of_sides = variables.static_friction.iter().map(|friction| &friction.to_side);
     let of_sweeps = variables.static_friction.iter().flat_map(|friction| &friction.sweeps).map(|(_, unknown)| unknown);
-    for unknown in of_sides.chain(of_sweeps).chain(&variables.at_rest).chain(&variables.bending) {
+    for unknown in
+        of_sides.chain(of_sweeps).chain(&variables.at_rest).chain(&variables.growing_friction).chain(&variables.bending)
+    {
         unknown.add_prior(builder)?;
     }
     for index in distances_left(session, &readings.carried(session)) {

@@ -21,12 +21,12 @@
 
 use std::sync::Arc;
 
-use gravcal_estimation::{Block, ProblemBuilder, Residual, Values};
+use gravcal_estimation::{Block, BlockId, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::{Shift, Shifted};
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::measurement_set::{AtRest, Carried, MeasurementSet};
 use crate::joint::model_error::sides_by_order::sides_at_rest;
 use crate::joint::order::Order;
 use crate::joint::solved::Solved;
@@ -53,8 +53,12 @@ pub(crate) struct OfReadings {
 }
 
 impl MeasurementSet {
-    /// The same with unknowns for what friction leaves at rest; nothing where no joint has any, or the session has them already.
-    pub(in crate::joint) fn with_friction_at_rest(&self, session: &Session) -> Option<MeasurementSet> {
+    /// The same with unknowns for what friction leaves at rest; nothing where no joint has any, or the session has them already. `carried`: by each joint.
+    pub(in crate::joint) fn with_friction_at_rest(
+        &self,
+        session: &Session,
+        carried: &[Option<Carried>],
+    ) -> Option<MeasurementSet> {
         if !self.at_rest.is_empty() || self.order != Order::Together {
             return None;
         }
@@ -62,12 +66,17 @@ impl MeasurementSet {
             true => self.unexplained[joint].sqrt(),
             false => 0.0,
         };
-        self.with_friction_shown(session, &(0..session.joints.len()).map(shown).collect::<Vec<_>>())
+        self.with_friction_shown(session, &(0..session.joints.len()).map(shown).collect::<Vec<_>>(), carried)
     }
 
     /// The same with unknowns for what friction leaves at rest. `errors`: one standard deviation of the errors of each joint that show it, unit of its
-    /// torque reading; zero of joints that show none.
-    pub(in crate::joint) fn with_friction_shown(&self, session: &Session, errors: &[f64]) -> Option<MeasurementSet> {
+    /// torque reading; zero of joints that show none. `carried`: by each joint.
+    pub(in crate::joint) fn with_friction_shown(
+        &self,
+        session: &Session,
+        errors: &[f64],
+        carried: &[Option<Carried>],
+    ) -> Option<MeasurementSet> {
         let estimated = session.terms.with_friction();
         let sides = |joint: usize| self.sides_of(session, joint).filter(|_| !estimated.contains(&joint));
         let shown = |joint: usize| if sides(joint).is_some() { LEAN * errors[joint] } else { 0.0 };
@@ -77,8 +86,12 @@ impl MeasurementSet {
             Some(_) => shown[joint].max(session.of_nearest(&shown, joint)),
             None => 0.0,
         };
-        let at_rest: Vec<f64> = (0..shown.len()).map(std).collect();
-        at_rest.iter().any(|std| *std > 0.0).then(|| MeasurementSet { at_rest, ..self.clone() })
+        let of_joint = |joint: usize| {
+            let (std, carried) = (std(joint), carried.get(joint).copied().flatten());
+            AtRest { std, carried: carried.and_then(|carried| carried.beside(std / LEAN)), ..AtRest::default() }
+        };
+        let at_rest: Vec<AtRest> = (0..shown.len()).map(of_joint).collect();
+        at_rest.iter().any(|own| own.std > 0.0).then(|| MeasurementSet { at_rest, ..self.clone() })
     }
 
     /// Whether a channel's errors are larger than chance would make them of noise alone.
@@ -96,7 +109,7 @@ impl MeasurementSet {
 
     /// The same of one that it shares with others for as long as its joint stands, too.
     pub(in crate::joint) fn variance_of_unknown_side(&self, session: &Session, id: ReadingId) -> f64 {
-        let std = self.at_rest.get(id.channel).copied().unwrap_or(0.0);
+        let std = self.at_rest.get(id.channel).map_or(0.0, |own| own.std);
         if std > 0.0 && self.side(session, id) == Some(0.0) { std * std } else { 0.0 }
     }
 
@@ -154,35 +167,43 @@ pub(in crate::joint) fn add_unknown(
     start: &State,
     builder: &mut ProblemBuilder,
 ) -> Option<OfJoints> {
-    let block = |joints: &[usize]| {
-        let chain = session.robot.chain.joints();
-        let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
-        let mut block = Block::vector("friction_at_rest", "", &names).linear();
-        block.units = joints.iter().map(|joint| session.channel_unit(*joint)).collect();
-        block
-    };
-    OfJoints::add(block, &readings.at_rest, &start.at_rest, builder)
+    let std: Vec<f64> = readings.at_rest.iter().map(|own| own.std).collect();
+    let block = |joints: &[usize]| block_of_joints("friction_at_rest", session, joints);
+    OfJoints::add(block, &std, &start.at_rest, builder)
 }
 
-/// The residual of a pose with the unknown around it.
+/// An unknown of some joints in the unit of their torque readings.
+pub(super) fn block_of_joints(name: &str, session: &Session, joints: &[usize]) -> Block {
+    let chain = session.robot.chain.joints();
+    let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
+    let mut block = Block::vector(name, "", &names).linear();
+    block.units = joints.iter().map(|joint| session.channel_unit(*joint)).collect();
+    block
+}
+
+/// The residual of a pose with the unknowns around it: what is left in the mean, then what it grows by.
 pub(in crate::joint) fn around(
     (session, readings): (&Session, &MeasurementSet),
     (variables, stored): (&VariableIndex, &Values),
-    unknown: &OfJoints,
+    at_rest: &OfJoints,
     pose: usize,
     inner: Arc<dyn Residual>,
 ) -> Arc<dyn Residual> {
     let bias = |joint: usize| variables.sensors[joint][SensorParameter::TorqueBias as usize];
-    let shifted: Vec<Shift> = unknown
-        .joints
-        .iter()
-        .map(|joint| (*joint, readings.side(session, ReadingId { pose, channel: *joint })))
-        .map(|(joint, side)| Shift::of_scalar(bias(joint), side.unwrap_or(0.0)))
-        .collect();
+    let shift = |joint: usize, growth: &dyn Fn(ReadingId) -> f64| {
+        let id = ReadingId { pose, channel: joint };
+        Shift::of_scalar(bias(joint), readings.side(session, id).map_or(0.0, |side| side * growth(id)))
+    };
+    let in_mean = at_rest.joints.iter().map(|joint| shift(*joint, &|_| 1.0));
+    let growing = variables.growing_friction.iter();
+    let beyond = growing.clone().flat_map(|unknown| &unknown.joints);
+    let beyond = beyond.map(|joint| shift(*joint, &|id| readings.growth(session, id)));
+    let shifted: Vec<Shift> = in_mean.chain(beyond).collect();
     if shifted.iter().all(|shift| shift.scale == 0.0) {
         return inner;
     }
-    Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
+    let blocks: Vec<BlockId> = std::iter::once(at_rest).chain(growing).map(|unknown| unknown.block).collect();
+    Arc::new(Shifted::by_blocks(inner, |id| stored.get(id).len(), &shifted, &blocks))
 }
 
 impl Solved {
@@ -285,6 +306,15 @@ mod tests {
         MeasurementSet { unexplained: unexplained.to_vec(), ..select(session, Signals::All) }
     }
 
+    fn stds(readings: &MeasurementSet) -> Vec<f64> {
+        readings.at_rest.iter().map(|own| own.std).collect()
+    }
+
+    /// Friction of the first of three joints.
+    fn of_first(std: f64) -> Vec<AtRest> {
+        vec![AtRest { std, ..AtRest::default() }, AtRest::default(), AtRest::default()]
+    }
+
     /// Three times the scatter of a mean square of `n` readings, `√(2/n) σ²`.
     #[test]
     fn errors_are_beyond_chance_where_noise_would_hardly_scatter_so() {
@@ -301,28 +331,28 @@ mod tests {
         let known = [LEAST, LEAST - 1, LEAST];
         let session = standing(|pose, joint| if pose < known[joint] { 1.0 } else { 0.0 });
         let readings = with_errors(&session, [0.49, 0.49, 1e-6]);
-        let with = readings.with_friction_at_rest(&session).unwrap();
+        let with = readings.with_friction_at_rest(&session, &[]).unwrap();
         // Two standard deviations of the errors; the second joint's sides are too few, the third's errors are noise: it has the first one's friction.
-        assert_eq!(with.at_rest, [2.0 * 0.7, 0.0, 2.0 * 0.7]);
-        assert!(with.with_friction_at_rest(&session).is_none(), "it is looked for once");
-        assert!(with_errors(&session, [0.0; 3]).with_friction_at_rest(&session).is_none());
+        assert_eq!(stds(&with), [2.0 * 0.7, 0.0, 2.0 * 0.7]);
+        assert!(with.with_friction_at_rest(&session, &[]).is_none(), "it is looked for once");
+        assert!(with_errors(&session, [0.0; 3]).with_friction_at_rest(&session, &[]).is_none());
         let of_tables = Session { searched: Vec::new(), ..session.clone() };
-        let table = readings.with_friction_at_rest(&of_tables).unwrap();
-        assert_eq!(table.at_rest, with.at_rest, "a table that says from which side joints came");
+        let table = readings.with_friction_at_rest(&of_tables, &[]).unwrap();
+        assert_eq!(stds(&table), stds(&with), "a table that says from which side joints came");
         let mut untold = of_tables;
         untold.poses.iter_mut().for_each(|pose| pose.conditions.direction.clear());
-        assert!(readings.with_friction_at_rest(&untold).is_none(), "a table that does not");
+        assert!(readings.with_friction_at_rest(&untold, &[]).is_none(), "a table that does not");
         let by_order = MeasurementSet { sides: vec![vec![1.0; 3]; untold.poses.len()].into(), ..readings.clone() };
-        assert!(by_order.with_friction_at_rest(&untold).is_some(), "a table whose order of rows tells it");
+        assert!(by_order.with_friction_at_rest(&untold, &[]).is_some(), "a table whose order of rows tells it");
         let mut moving = session;
         moving.searched[0].standstills = None;
-        assert!(readings.with_friction_at_rest(&moving).is_none(), "an arm in motion");
+        assert!(readings.with_friction_at_rest(&moving, &[]).is_none(), "an arm in motion");
     }
 
     #[test]
     fn where_nobody_knows_the_side_what_friction_leaves_is_an_error_of_either_sign() {
         let session = standing(|pose, _| [1.0, 0.0, -1.0][pose % 3]);
-        let readings = MeasurementSet { at_rest: vec![1.5, 0.0, 0.0], ..select(&session, Signals::All) };
+        let readings = MeasurementSet { at_rest: of_first(1.5), ..select(&session, Signals::All) };
         let of = |pose, channel| readings.of_unknown_side(&session, ReadingId { pose, channel });
         assert_eq!([of(0, 0), of(1, 0), of(2, 0), of(1, 1)], [0.0, 2.25, 0.0, 0.0]);
         let mut tables = session.clone();
@@ -346,7 +376,7 @@ mod tests {
     #[test]
     fn a_joint_that_never_slides_has_one_side() {
         let session = standing(|_, joint| if joint == 0 { 0.0 } else { 1.0 });
-        let readings = MeasurementSet { at_rest: vec![1.5, 0.0, 0.0], ..select(&session, Signals::All) };
+        let readings = MeasurementSet { at_rest: of_first(1.5), ..select(&session, Signals::All) };
         let sides = readings.sides_of(&session, 0).unwrap();
         assert_eq!((sides.rising, sides.all), (session.poses.len(), session.poses.len()));
         assert_eq!(readings.of_unknown_side(&session, ReadingId { pose: 3, channel: 0 }), 0.0);
@@ -360,7 +390,7 @@ mod tests {
             let side = pose.conditions.direction[0];
             pose.torque[0].as_mut().unwrap().value += friction * side;
         }
-        let readings = MeasurementSet { at_rest: vec![std, 0.0, 0.0], ..select(&session, Signals::All) };
+        let readings = MeasurementSet { at_rest: of_first(std), ..select(&session, Signals::All) };
         let built = build_problem(&session, &readings, &State::nominal(&session)).unwrap();
         let solved = with_environment(|environment| solve_built(built, environment)).unwrap();
         solved.friction_at_rest(0)

@@ -57,7 +57,11 @@ impl Solved {
         };
         let errors: Vec<f64> = (0..session.joints.len()).map(friction).collect();
         let sides = sides_at_rest(session).into();
-        let with_friction = MeasurementSet { sides, ..readings.clone() }.with_friction_shown(session, &errors);
+        let with_friction = MeasurementSet { sides, ..readings.clone() }.with_friction_shown(
+            session,
+            &errors,
+            &self.carried_by_joints(session)?,
+        );
         let gives_way = spoiling.iter().any(|test| test.kind == ResidualTestKind::Compliance);
         let Some(with) = with_friction.or_else(|| gives_way.then(|| readings.clone())) else { return Ok(None) };
         let bending = is_stiffness_unsaid(session).then(|| Bending::as_built(session, self)).transpose()?;

@@ -9,6 +9,7 @@ pub(super) mod contradicted_priors;
 pub(super) mod displaced_joints;
 mod farthest_from_earlier;
 pub(super) mod friction_by_load;
+pub(super) mod growing_friction;
 pub(super) mod heavy_tails;
 pub(super) mod in_tables;
 pub(super) mod lasting;

@@ -119,9 +119,11 @@ impl Solved {
             let noise = readings.own_std(session, *id).powi(2)
                 + readings.of_unknown_side(session, *id)
                 + readings.lasting_alone(*id);
+            // What is found is the variance where a joint carries as much as in the mean.
+            let scatter = readings.growing_scatter(session, *id).powi(2);
             by_channel[id.channel].push(ErrorRow {
-                noise,
-                squared: residual * residual,
+                noise: noise / scatter,
+                squared: residual * residual / scatter,
                 freedom: (1.0 - row.leverage).max(0.0),
             });
         }

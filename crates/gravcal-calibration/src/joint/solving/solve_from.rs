@@ -28,7 +28,8 @@ const ROUGH_TOLERANCE: f64 = 0.01;
 /// Noise that still changes by so much after so many rounds goes round in circles: the model explains too little for it to settle.
 const STEADY_ROUNDS: usize = 8;
 const STEADY: f64 = 0.1;
-/// How often, at most, what is constant in a solve is taken anew from its solution: the torques that bend joints, what that does in motion, and what displacements of joints do.
+/// How often, at most, what is constant in a solve is taken anew from its solution: the torques that bend joints, what that does in motion, what displacements of joints do, and how
+/// errors at rest grow with what joints carry.
 const FURTHER_TAKES: usize = 3;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
@@ -59,7 +60,8 @@ pub(in crate::joint) fn solve_from(
         }
         None => solved,
     };
-    let (at_rest, bending) = (solved.readings().with_friction_at_rest(session), Bending::of(session, &solved)?);
+    let at_rest = solved.readings().with_friction_at_rest(session, &solved.carried_by_joints(session)?);
+    let bending = Bending::of(session, &solved)?;
     let lasting = solved.with_lasting_errors(session)?;
     let solved = match at_rest.is_some() || bending.is_some() || lasting.is_some() {
         true => {
@@ -84,11 +86,13 @@ pub(in crate::joint) fn with_constants_anew(
 ) -> Result<Solved, EstimateError> {
     for _ in 0..if environment.is_rough() { 0 } else { FURTHER_TAKES } {
         let (bent, displaced) = (solved.bent_anew(session)?, solved.displaced_anew(session)?);
-        if bent.is_none() && displaced.is_none() {
+        let growing = solved.growing_anew();
+        if bent.is_none() && displaced.is_none() && growing.is_none() {
             break;
         }
         let mut readings = bent.unwrap_or_else(|| solved.readings().clone());
         readings.displaced = displaced.or(readings.displaced);
+        readings.at_rest = growing.map_or(readings.at_rest, |with| with.at_rest);
         solved = solve_again(session, &solved, &readings, environment)?;
     }
     Ok(solved)
