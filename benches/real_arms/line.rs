@@ -99,7 +99,7 @@ pub struct Recording {
     pub seed: u64,
     /// The session; its arm's sensors depend on the seed and this alone.
     pub number: u64,
-    /// Which of the recordings of this arm: poses and noise are others in each.
+    /// Which of the recordings of this arm: noise and random poses are others in each.
     pub take: u64,
     /// What is not where it was in the first one.
     pub moved: Option<Moved>,

@@ -58,7 +58,7 @@ struct Arguments {
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
     /// A word of what a session should name; counts sessions whose report has it.
-    #[arg(long, value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT", conflicts_with = "twice")]
     named: Option<String>,
     /// Sessions say that readings have no errors beyond their noise and that joints do not bend: how wide intervals of a right model are.
     #[arg(long)]

@@ -12,8 +12,8 @@ use crate::joint::building::position_unknowns::add_unknowns;
 use crate::joint::building::static_friction;
 use crate::joint::building::sweep_moments::{SweepMoments, by_sweep};
 use crate::joint::measurement_set::MeasurementSet;
+use crate::joint::model_error::at_rest;
 use crate::joint::model_error::lasting;
-use crate::joint::model_error::{at_rest, growing_friction};
 use crate::joint::problem::JointProblem;
 use crate::joint::variables::{State, VariableIndex, WithPayload};
 
@@ -35,8 +35,7 @@ pub(in crate::joint) fn add_unknown_blocks(
     let variables = add_blocks(session, readings, start, true, builder);
     let position_unknowns = add_unknowns(session, readings, start, builder);
     let static_friction = static_friction::add_unknown(session, start, builder);
-    let at_rest = at_rest::add_unknown(session, readings, start, builder);
-    let growing_friction = growing_friction::add_unknown(session, readings, start, builder);
+    let [at_rest, growing_friction] = at_rest::add_unknowns(session, readings, start, builder);
     let lasting = lasting::add_unknowns(session, readings, builder);
     let bending = bent_joints::add_unknown(session, readings, start, builder);
     let lengths = lengths::add_unknown(session, readings, start, builder);

@@ -128,11 +128,11 @@ impl Solved {
     /// Whether readings show errors beyond their noise: larger than chance makes them, or alike in neighbouring poses. What leaving out poses tells
     /// scatters, and the larger of two is too wide where nothing shows.
     fn shows_unexplained(&self, session: &Session) -> Result<bool, EstimateError> {
-        if !self.readings().unexplained_found(session) {
+        let readings = self.readings();
+        if !readings.unexplained_found(session) {
             return Ok(false);
         }
-        let readings = self.readings();
-        if readings.loss != Loss::None || readings.lasting.is_some() || self.errs_beyond_chance(session)? {
+        if readings.loss != Loss::None || readings.lasting.is_some() || self.residuals_exceed_noise(session)? {
             return Ok(true);
         }
         Ok(self.neighbours_correlation(session)? > 0.0)

@@ -160,20 +160,25 @@ impl MeasurementSet {
     }
 }
 
-/// Adds the unknown of the joints that have one, from where `start` has it.
-pub(in crate::joint) fn add_unknown(
+/// Adds the unknowns of the joints that have them, from where `start` has them: what is left in the mean, and what it grows by.
+pub(in crate::joint) fn add_unknowns(
     session: &Session,
     readings: &MeasurementSet,
     start: &State,
     builder: &mut ProblemBuilder,
-) -> Option<OfJoints> {
-    let std: Vec<f64> = readings.at_rest.iter().map(|own| own.std).collect();
-    let block = |joints: &[usize]| block_of_joints("friction_at_rest", session, joints);
-    OfJoints::add(block, &std, &start.at_rest, builder)
+) -> [Option<OfJoints>; 2] {
+    let mut add = |name: &str, std: fn(&AtRest) -> f64, start: &[f64]| {
+        let std: Vec<f64> = readings.at_rest.iter().map(std).collect();
+        OfJoints::add(|joints| block_of_joints(name, session, joints), &std, start, builder)
+    };
+    [
+        add("friction_at_rest", |own| own.std, &start.at_rest),
+        add("growing_friction", |own| own.growth_std, &start.growing_friction),
+    ]
 }
 
 /// An unknown of some joints in the unit of their torque readings.
-pub(super) fn block_of_joints(name: &str, session: &Session, joints: &[usize]) -> Block {
+fn block_of_joints(name: &str, session: &Session, joints: &[usize]) -> Block {
     let chain = session.robot.chain.joints();
     let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
     let mut block = Block::vector(name, "", &names).linear();

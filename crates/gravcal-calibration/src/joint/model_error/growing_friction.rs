@@ -7,8 +7,8 @@
 //! A gear loses a share of what it carries: friction that does not depend on it has `d = 0`, friction that is all of it `d = c`. Random poses are
 //! farthest from the middle where their joints came from the middle: there the joint carries most, and has come from below where that is positive. So `d`
 //! passes for a larger or a smaller torque gain, and scatter does not show it: with friction of 0.1 N·m and 0.02 of the torque a shoulder's gain came out a
-//! standard deviation too small in the mean. What grows is a part of `c`: where an earlier solution tells `c`, `d` is an unknown whose prior is zero give or take
-//! that; where it tells none, there is no `d`, which in few poses passes for all else.
+//! standard deviation too small in the mean (`real_arms --line load`). What grows is a part of `c`: where an earlier solution tells `c`, `d` is an unknown whose prior is zero give or take
+//! that; where it tells none, there is no `d`: few poses would not tell it from the other parameters.
 //!
 //! What is left scatters as friction does: where `d/c` is a share `s` from 0 to 1, the variance of `u_i` is `v (1 + s (|y_i − b|/m − 1))²`. The share is that of
 //! the solution before, and all is solved again until it stands.
@@ -16,14 +16,12 @@
 //! What a joint carries is taken from its own readings, as the first solution has their bias. Where errors are more than three hundredths of that, the
 //! readings tell friction and not the load, and most of it is what does not grow: such a joint has no `d`, as the first one of an upright arm.
 
-use gravcal_estimation::{EvaluateError, ProblemBuilder};
+use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::measurement_set::{AtRest, Carried, MeasurementSet};
-use crate::joint::model_error::at_rest::block_of_joints;
 use crate::joint::solved::Solved;
-use crate::joint::variables::{OfJoints, State};
 
 /// Errors are at most such a share of what their joint carries, for readings to tell the latter. Chosen, not swept: friction that is 0.06 of the load.
 const LITTLE: f64 = 0.03;
@@ -62,18 +60,6 @@ impl MeasurementSet {
         let share = self.at_rest.get(id.channel).map_or(0.0, |own| own.growing_share);
         if share > 0.0 { (1.0 + share * self.growth(session, id)).max(LEAST_SCATTER) } else { 1.0 }
     }
-}
-
-/// Adds the unknown of the joints that have one, from where `start` has it.
-pub(in crate::joint) fn add_unknown(
-    session: &Session,
-    readings: &MeasurementSet,
-    start: &State,
-    builder: &mut ProblemBuilder,
-) -> Option<OfJoints> {
-    let std: Vec<f64> = readings.at_rest.iter().map(|own| own.growth_std).collect();
-    let block = |joints: &[usize]| block_of_joints("growing_friction", session, joints);
-    OfJoints::add(block, &std, &start.growing_friction, builder)
 }
 
 impl Solved {
@@ -127,6 +113,7 @@ mod tests {
 
     use super::*;
     use crate::joint::solving::solve_from::solve_built;
+    use crate::joint::variables::{OfJoints, State};
     use crate::joint::{Signals, build_problem, select};
     use crate::testing::{sarcos_shoulder, with_environment};
 

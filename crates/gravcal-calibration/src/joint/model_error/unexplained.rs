@@ -95,11 +95,12 @@ impl Solved {
         rows.iter().zip(errors).zip(&self.readings().unexplained).map(variance).collect()
     }
 
-    /// Whether the residuals of a channel where such errors are estimated, or of all of these together, are larger than noise makes them by chance.
+    /// Whether the residuals of a channel where such errors are estimated, or of all of these together, are larger than noise makes them by chance. A
+    /// weaker sign than the one that makes friction an unknown ([`MeasurementSet::errs_beyond_chance`]): errors that only widen intervals cost little.
     ///
     /// # Errors
     /// Where the model has no finite value at the solution.
-    pub(in crate::joint) fn errs_beyond_chance(&self, session: &Session) -> Result<bool, EvaluateError> {
+    pub(in crate::joint) fn residuals_exceed_noise(&self, session: &Session) -> Result<bool, EvaluateError> {
         let rows = self.unexplained_rows(session, &self.row_residuals()?);
         let estimated = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
         let channels: Vec<Vec<ErrorRow>> =
