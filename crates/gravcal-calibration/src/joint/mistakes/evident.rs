@@ -26,7 +26,7 @@ use crate::joint::variables::State;
 const HOPELESS: f64 = 4.0;
 /// What is named costs at most so many times as much as explains them, and so small a share of what the session as it stands does.
 const EXPLAINED: f64 = 2.0;
-/// Fewer readings for each unknown tell no columns.
+/// Fewer readings for each unknown that poses share tell no columns.
 const TELLING: usize = 2;
 
 /// Looks for these. `sample`: a part of the readings; `start`: the best for the session as it stands.
@@ -39,7 +39,7 @@ pub(in crate::joint) fn evident_mistake(
     start: &State,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Cause>, EstimateError> {
-    if sample.readings.order != Order::Together || sample.readings.count() < TELLING * sample.columns() {
+    if sample.readings.order != Order::Together || sample.readings.count() < TELLING * sample.shared_columns() {
         return Ok(None);
     }
     let readings = sample.readings.roughly(session);
@@ -139,6 +139,17 @@ mod tests {
         assert!(degrees.contains("say unit = \"deg\" in [readings] position"), "{degrees}");
         let radians = told(PositionUnit::Degree, 1_f64.to_radians()).unwrap();
         assert!(radians.contains("position readings in rad that are declared as deg"), "{radians}");
+    }
+
+    /// Standstills of recordings state how well each position is known: each is an unknown then.
+    #[test]
+    fn columns_that_are_swapped_are_named_where_each_position_is_an_unknown() {
+        let mut session = sarcos_shoulder().session(0);
+        session.deflection.reading_std = vec![1e-4; 3];
+        assert_eq!(found(&session), None);
+        session.poses.iter_mut().for_each(|pose| pose.torque.swap(1, 2));
+        let told = found(&session).unwrap();
+        assert!(told.contains("swapped torque columns: joint2 and joint3"), "{told}");
     }
 
     /// Half of the tables were recorded by someone else.

@@ -87,9 +87,10 @@ impl Sample {
         self.built.starting_at(session, start)
     }
 
-    /// How many unknowns its problem has.
-    pub fn columns(&self) -> usize {
-        self.built.problem.columns().len()
+    /// How many unknowns its poses share: those of one pose, such as how far a joint is from where its sensor says, are nearly known beforehand.
+    pub fn shared_columns(&self) -> usize {
+        let problem = &self.built.problem;
+        problem.columns().iter().filter(|column| !problem.block(column.block).eliminated).count()
     }
 
     /// A cost that explains its readings.
