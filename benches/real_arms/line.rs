@@ -55,6 +55,10 @@ pub enum Line {
     Walk,
     /// Zeros drift by 0.05 N·m over a recording.
     Drift,
+    /// Torque sensors lack 0.05 N·m where their torque rose last, and read as much more where it fell, from a change of 1 N·m on.
+    Hysteresis,
+    /// Torque sensors lack 0.3 % of each change of their torque, which dies away over 3 s.
+    Creep,
     /// Position readings with a harmonic of 1e-3 rad.
     Harmonics,
     /// Joints sag by 1e-4 rad for each N·m, which their sensors do not see.
@@ -225,6 +229,8 @@ impl Setting {
             Line::Coloured => text += "noise_correlation_s = 1\n",
             // A walk of so much over the 160 s of a recording of both tables.
             Line::Walk => text += &format!("walk_per_root_s = {}\n", 0.05 / 160f64.sqrt()),
+            Line::Hysteresis => text += "hysteresis = { share = 0.1, over = 0.5 }\n",
+            Line::Creep => text += "creep = { share = 0.003, time_constant_s = 3 }\n",
             _ => {}
         }
         let per_torque = if self.line == Line::Load { 0.02 } else { 0.0 };

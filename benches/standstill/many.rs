@@ -83,6 +83,8 @@ fn varied(simulation: &Simulation, trial: u64, kind: usize) -> Simulation {
         correlation: if kind == 2 { between(0.0005, 0.003) } else { 0.0 },
         approach: Approach::Any,
         friction: None,
+        hysteresis: None,
+        creep: None,
         walk: Vec::new(),
         harmonic: None,
         sweeping: None,

@@ -27,6 +27,8 @@ pub(crate) fn motion() -> Motion {
         correlation: 0.0,
         approach: Approach::Any,
         friction: None,
+        hysteresis: None,
+        creep: None,
         walk: Vec::new(),
         harmonic: None,
         sweeping: None,

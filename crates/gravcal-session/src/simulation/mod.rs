@@ -12,6 +12,7 @@
 mod conditions;
 mod disturbance;
 mod draw;
+mod earlier_load;
 mod experiment;
 mod file;
 mod friction;
@@ -29,6 +30,7 @@ mod write_recording;
 
 pub use conditions::SimulatedConditions;
 pub use disturbance::{Converter, Deflection, Disturbance, Outliers};
+pub use earlier_load::{Creep, Hysteresis};
 pub use experiment::{Run, Simulation};
 pub use friction::FrictionAtRest;
 pub use motion::{Approach, Dirt, HarmonicMotion, Motion};

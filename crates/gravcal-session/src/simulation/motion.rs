@@ -1,5 +1,6 @@
 //! How the arm of a simulated experiment is moved and recorded.
 
+use super::earlier_load::{Creep, Hysteresis};
 use super::friction::FrictionAtRest;
 
 /// How the arm is moved and recorded.
@@ -23,6 +24,10 @@ pub struct Motion {
     pub approach: Approach,
     /// Friction that stays in part at rest, if there is any.
     pub friction: Option<FrictionAtRest>,
+    /// Hysteresis of torque sensors, if they have any.
+    pub hysteresis: Option<Hysteresis>,
+    /// Their creep, if they have any.
+    pub creep: Option<Creep>,
     /// Random walk of the zero of each torque reading: its standard deviation after a second, unit of the reading.
     pub walk: Vec<f64>,
     /// Where the arm never stands: in place of each pose there is a stretch of this motion, and what is between two is not recorded.

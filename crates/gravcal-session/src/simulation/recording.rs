@@ -22,6 +22,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::draw::stands;
+use super::earlier_load::Kept;
 use super::experiment::{Run, Simulation};
 use super::friction::Bristles;
 use super::harmonic::Dynamics;
@@ -102,6 +103,7 @@ struct Recorder<'a> {
     dirty: Pcg64,
     touched: Vec<usize>,
     bristles: Option<Bristles<'a>>,
+    kept: Kept<'a>,
     /// Of trajectories.
     trajectories: Pcg64,
     /// Of the walk.
@@ -143,6 +145,7 @@ impl<'a> Recorder<'a> {
             dirty,
             touched,
             bristles: motion.friction.as_ref().map(|friction| Bristles::new(friction, simulation.seed, trial)),
+            kept: Kept::new(motion.hysteresis.as_ref(), motion.creep),
             trajectories: Pcg64::seed_from_u64(motion.harmonic.map_or(0, |harmonic| harmonic.seed)),
             walking: Pcg64::seed_from_u64(simulation.seed ^ trial.rotate_left(32) ^ WALK),
             walked: vec![0.0; joints],
@@ -459,19 +462,20 @@ impl<'a> Recorder<'a> {
             0.0
         };
         self.walk();
+        let joints = self.direction.len();
+        let lacks = self.kept.lacks(&still.readings[joints..], time);
         let mut cells = vec![time];
         let mut clean = Vec::with_capacity(still.readings.len());
         for (channel, reading) in still.readings.iter().enumerate() {
             let white = normal(&mut self.random);
             let keeps = if motion.correlation > 0.0 { (-1.0 / (motion.rate * motion.correlation)).exp() } else { 0.0 };
             self.noise[channel] = keeps * self.noise[channel] + (1.0 - keeps * keeps).sqrt() * white;
-            let joints = self.direction.len();
             let std = self.simulation.sample_std(channel, motion);
             let convert = |value: f64| match self.simulation.disturbance.converter {
                 Some(converter) if channel >= joints => converter.convert(value),
                 _ => value,
             };
-            let zero = channel.checked_sub(joints).map_or(0.0, |joint| self.walked[joint]);
+            let zero = channel.checked_sub(joints).map_or(0.0, |joint| self.walked[joint] - lacks[joint]);
             let value = reading + zero + std * (self.noise[channel] + vibration);
             clean.push(convert(value));
             let is_touched = touch.is_some_and(|[from, until]| (from..until).contains(&time));

@@ -9,6 +9,7 @@ use gravcal_robot_model::session::compliance::compliance_parameters;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::earlier_load::{Creep, Hysteresis};
 use super::experiment::{Run, Simulation};
 use super::friction::FrictionAtRest;
 use super::write_conditions::{self, ConditionTables};
@@ -369,6 +370,10 @@ struct TruthTable {
     walk_per_root_s: Vec<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     friction_at_rest: Option<TrueFriction>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hysteresis: Option<Hysteresis>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    creep: Option<Creep>,
     parameter: Vec<TrueParameter>,
     /// What the session does not say.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -431,6 +436,8 @@ fn truth_toml(simulation: &Simulation) -> Result<String, SimulateError> {
     Ok(toml::to_string(&TruthTable {
         gravity_m_per_s2: truth.gravity,
         friction_at_rest: motion.and_then(|motion| motion.friction.as_ref()).map(TrueFriction::from),
+        hysteresis: motion.and_then(|motion| motion.hysteresis.clone()),
+        creep: motion.and_then(|motion| motion.creep),
         walk_per_root_s: walk.unwrap_or_default(),
         parameter: parameter.chain(compliances).collect(),
         unmodelled: unmodelled.collect(),

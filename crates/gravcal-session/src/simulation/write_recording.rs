@@ -152,6 +152,29 @@ load = "plate"
         assert!(!session.contains("newton_metre") && !session.contains("walk"), "{session}");
     }
 
+    /// Once the shoulder has turned far enough it lacks half a loop, and the elbow, which turns little, less; what creeps is gone where the arm has
+    /// stood; the truth tells of both, the session of neither.
+    #[test]
+    fn what_torque_sensors_keep_is_in_the_readings_and_not_in_the_session() {
+        let folder = tempfile::tempdir().unwrap();
+        let clean = recorded(&simulation(folder.path()));
+        let more = "hysteresis = { share = 0.1, over = [0.5, 0.05] }\ncreep = { share = 0.01, time_constant_s = 0.05 }";
+        let rough = simulation_with(folder.path(), more).unwrap();
+        let with = recorded(&rough);
+        // Columns: time, two positions, two torques; of all samples the last of a standstill of 150.
+        let lacks =
+            |channel: usize| with.iter().zip(&clean).map(move |(with, clean)| (clean[channel] - with[channel]).abs());
+        let most = |channel: usize| lacks(channel).fold(0.0, f64::max);
+        assert!((0.05..0.25).contains(&most(3)) && most(4) > 1e-3, "{} {}", most(3), most(4));
+        let (shoulder, elbow) = (lacks(3).next_back().unwrap(), lacks(4).next_back().unwrap());
+        assert!((shoulder - 0.05).abs() < 5e-3 && (elbow - 0.005).abs() < 1e-3, "{shoulder} {elbow}");
+        let files = write_session(&rough, 0, folder.path(), false).unwrap();
+        let [session, truth] = [&files[0], files.last().unwrap()].map(|file| fs::read_to_string(file).unwrap());
+        assert!(truth.contains("[hysteresis]\nshare = 0.1\nover = [0.5, 0.05]"), "{truth}");
+        assert!(truth.contains("[creep]\nshare = 0.01\ntime_constant_s = 0.05"), "{truth}");
+        assert!(!session.contains("hysteresis") && !session.contains("creep"), "{session}");
+    }
+
     /// What a joint is said to do without the session: a drift and a ripple are in the readings and in the truth only.
     #[test]
     fn what_is_not_modelled_is_in_the_readings_and_not_in_the_session() {
@@ -208,6 +231,11 @@ load = "plate"
         assert!(refused(&friction("presliding_rad = 0")).contains("recording.friction.presliding_rad: "));
         assert!(refused(&friction("spread = -1")).contains("recording.friction.spread: -1 is negative"));
         assert!(refused("friction = { coulomb_newton_metre = -1 }").contains("coulomb_newton_metre: -1 is negative"));
+        let hysteresis = refused("hysteresis = { share = 0.1, over = -1 }");
+        assert!(hysteresis.contains("recording.hysteresis.over: -1 is negative"), "{hysteresis}");
+        let creep = refused("creep = { share = 2, time_constant_s = 3 }");
+        assert!(creep.contains("recording.creep.share: 2 is no share"), "{creep}");
+        assert!(refused("creep = { share = 0.1, time_constant_s = 0 }").contains("recording.creep.time_constant_s"));
         assert!(refused("walk_per_root_s = [1, 2, 3]").contains("recording.walk_per_root_s"));
         assert!(refused("approach = \"left\"").contains("expected `any`, `one-way` or `both-ways`"));
     }

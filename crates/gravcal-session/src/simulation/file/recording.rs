@@ -3,9 +3,9 @@
 use gravcal_dynamics::JointKind;
 
 use super::reader::Reader;
-use super::tables::{FrictionTable, HarmonicTable, RecordingTable, SweepTable};
+use super::tables::{CreepTable, FrictionTable, HarmonicTable, HysteresisTable, RecordingTable, SweepTable};
 use crate::document::{Field, FileError, OneOrMany};
-use crate::simulation::{Approach, Dirt, FrictionAtRest, HarmonicMotion, Motion};
+use crate::simulation::{Approach, Creep, Dirt, FrictionAtRest, HarmonicMotion, Hysteresis, Motion};
 
 /// Length of pre-sliding where nothing is said, rad or m.
 const PRESLIDING: f64 = 2e-4;
@@ -35,10 +35,7 @@ impl Reader<'_> {
             let value = value.unwrap_or(0.0);
             self.not_negative(&field(key), &[value]).map(|()| value)
         };
-        let share = |key: &str, value: Option<f64>| match value.unwrap_or(0.0) {
-            value if (0.0..1.0).contains(&value) => Ok(value),
-            value => Err(self.document.error(&field(key), format!("{value} is no share: expected 0 to 1"))),
-        };
+        let share = |key: &str, value: Option<f64>| self.share(&field(key), value.unwrap_or(0.0));
         if table.samples < 2 {
             return Err(self.document.error(&field("samples"), "expected 2 samples at least"));
         }
@@ -52,6 +49,8 @@ impl Reader<'_> {
             correlation: not_negative("noise_correlation_s", table.noise_correlation_s)?,
             approach: self.approach(table)?,
             friction: table.friction.as_ref().map(|friction| self.friction(friction)).transpose()?,
+            hysteresis: table.hysteresis.as_ref().map(|hysteresis| self.hysteresis(hysteresis)).transpose()?,
+            creep: table.creep.as_ref().map(|creep| self.creep(creep)).transpose()?,
             walk: self.walk(table)?,
             harmonic: table.motion.as_ref().map(|motion| self.harmonic(motion)).transpose()?,
             sweeping: self.sweeping(table)?,
@@ -142,6 +141,27 @@ impl Reader<'_> {
             lean,
             spread: not_negative("spread", table.spread.unwrap_or(SPREAD))?,
         })
+    }
+
+    fn hysteresis(&self, table: &HysteresisTable) -> Result<Hysteresis, FileError> {
+        let field = |key: &str| Field::new("recording").key("hysteresis").key(key);
+        let over = self.document.for_each(&field("over"), &table.over, &self.names())?;
+        self.not_negative(&field("over"), &over)?;
+        Ok(Hysteresis { share: self.share(&field("share"), table.share)?, over })
+    }
+
+    fn creep(&self, table: &CreepTable) -> Result<Creep, FileError> {
+        let field = |key: &str| Field::new("recording").key("creep").key(key);
+        let time_constant =
+            self.document.positive(&field("time_constant_s"), table.time_constant_s, "a time constant", "s")?;
+        Ok(Creep { share: self.share(&field("share"), table.share)?, time_constant })
+    }
+
+    fn share(&self, field: &Field, value: f64) -> Result<f64, FileError> {
+        match (0.0..1.0).contains(&value) {
+            true => Ok(value),
+            false => Err(self.document.error(field, format!("{value} is no share: expected 0 to 1"))),
+        }
     }
 
     fn walk(&self, table: &RecordingTable) -> Result<Vec<f64>, FileError> {

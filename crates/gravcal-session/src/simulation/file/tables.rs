@@ -269,6 +269,16 @@ pub struct RecordingTable {
     /// Default: none.
     /// Example: `friction = { coulomb_newton_metre = 0.1 }`
     pub friction: Option<FrictionTable>,
+    /// Hysteresis of torque sensors.
+    ///
+    /// Default: none.
+    /// Example: `hysteresis = { share = 0.02, over = 5 }`
+    pub hysteresis: Option<HysteresisTable>,
+    /// Creep of torque sensors.
+    ///
+    /// Default: none.
+    /// Example: `creep = { share = 0.002, time_constant_s = 3 }`
+    pub creep: Option<CreepTable>,
     /// Random walk of torque zeros: its size after one second; one for all joints or a list.
     ///
     /// Unit: the reading's.
@@ -348,6 +358,37 @@ pub struct FrictionTable {
     /// Default: 0.25.
     /// Example: `spread = 0.25`
     pub spread: Option<f64>,
+}
+
+/// After its torque turned round a sensor lacks a share of the change, until that is so large.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HysteresisTable {
+    /// Share of the change that is lacking.
+    ///
+    /// Unit: 1.
+    /// Example: `share = 0.02`
+    pub share: f64,
+    /// Half of the change over which it builds up, from one side to the other; one for all joints or a list.
+    ///
+    /// Unit: the reading's.
+    /// Example: `over = 5`
+    pub over: OneOrMany<f64>,
+}
+
+/// After its torque changed a sensor lacks a share of the change, which dies away.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CreepTable {
+    /// Share of the change that is lacking at first.
+    ///
+    /// Unit: 1.
+    /// Example: `share = 0.002`
+    pub share: f64,
+    /// Time constant with which it dies away.
+    ///
+    /// Example: `time_constant_s = 3`
+    pub time_constant_s: f64,
 }
 
 #[derive(Debug, Default, Deserialize)]
