@@ -135,6 +135,8 @@ pub enum ResidualTestKind {
     TorqueGainTrend,
     /// A reading of a torque, or of an instrument's axis, that goes with the square or cube of what it senses.
     TorqueNonlinearity,
+    /// A reading at an end of its sensor's range, which the session does not state: how far on the mean the true ones are beyond it.
+    Saturation,
     /// A torque reading that goes with torques of other joints, or one of an instrument's axis with what its other axes sense.
     Crosstalk {
         /// The joint that the test is of: which sits elsewhere, is tilted, or whose acceleration or torque (crosstalk) shows in the reading; or the axis of an
@@ -157,6 +159,10 @@ pub enum ResidualTestKind {
     },
     /// A position sensor that reads otherwise on each side from which its joint comes: half the difference, rad.
     Backlash,
+    /// A reading that depends on whether what its sensor senses rose or fell from the pose before: half the difference.
+    Hysteresis,
+    /// A reading that lacks a share of what changed since the pose before, or goes too far by it.
+    Creep,
     /// The zero of a position sensor that changes on the way.
     PositionJump {
         /// The file in which it changes.
@@ -203,11 +209,14 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::TorqueGain { file } => write!(f, "torque gain ({file})"),
             ResidualTestKind::TorqueGainTrend => f.write_str("torque gain trend"),
             ResidualTestKind::TorqueNonlinearity => f.write_str("torque nonlinearity"),
+            ResidualTestKind::Saturation => f.write_str("saturation"),
             ResidualTestKind::Crosstalk { joint } => write!(f, "crosstalk ({joint})"),
             ResidualTestKind::LoadFriction => f.write_str("friction by load"),
             ResidualTestKind::FrictionTrend => f.write_str("friction trend"),
             ResidualTestKind::FrictionCurve { .. } => f.write_str("friction by speed"),
             ResidualTestKind::PositionOffset { file } => write!(f, "position offset ({file})"),
+            ResidualTestKind::Hysteresis => f.write_str("hysteresis"),
+            ResidualTestKind::Creep => f.write_str("creep"),
             ResidualTestKind::Backlash => f.write_str("backlash"),
             ResidualTestKind::PositionJump { file, line } => write!(f, "position jump ({file}:{line})"),
             ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),

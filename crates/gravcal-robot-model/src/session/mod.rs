@@ -29,7 +29,7 @@ pub mod units;
 pub use arrays::{PoseArrays, PoseArraysError};
 pub use choices::{Ask, Constraints, Deflection, PoseBlocks, UncertaintyChoice, UnexplainedError};
 pub use contents::Session;
-pub use doubts::{Joined, MistakenUnit};
+pub use doubts::{ClippedEnd, Joined, MistakenUnit};
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use input_file::InputFile;
 pub use instrument::{AuxiliarySensor, AuxiliarySensorKind, Drift};

@@ -9,6 +9,10 @@ pub(crate) const SIGNIFICANCE: f64 = 0.01;
 /// A parameter of a sensor is named before the robot's lengths and axes where it explains so large a share of what they do.
 const AS_MUCH: f64 = 0.8;
 
+/// Share of what a sensor keeps of the pose before in the probability of naming anything: it shows by far where it is, and friction that is left at rest, as
+/// chance has it, is its like.
+const SELDOM: f64 = 0.1;
+
 /// A test with what it is of.
 pub struct Tested {
     pub test: ResidualTest,
@@ -68,17 +72,22 @@ fn telling_most(found: &[Tested], is_one: impl Fn(&Candidate) -> bool) -> Option
     telling.max_by(|(_, a), (_, b)| a.gain.total_cmp(&b.gain))
 }
 
-/// The share of each in the probability of naming anything: those of all joints count as much as all others together. Of what the robot's description says of
-/// a joint, each is asked by itself.
+/// The share of each in the probability of naming anything: those of all joints count as much as all others together, and what hardly any sensor has a tenth.
+/// Of what the robot's description says of a joint, each is asked by itself.
 pub fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
     let of_all_joints = |tested: &Tested| match &tested.candidate {
         Candidate::Together(_) | Candidate::DriftOfAll => true,
         Candidate::OfArm(term) => !term.is_of_description(),
         Candidate::Term(..) | Candidate::Neighbours(_) => false,
     };
+    let own = |tested: &Tested| match &tested.candidate {
+        Candidate::Term(_, Term::EarlierLoad(_)) => SELDOM,
+        _ => 1.0,
+    };
     let together = found.iter().filter(|tested| of_all_joints(tested)).count();
-    let share = (found.len() - together).max(1) as f64 / together.max(1) as f64;
-    move |tested| if of_all_joints(tested) { share } else { 1.0 }
+    let others: f64 = found.iter().filter(|tested| !of_all_joints(tested)).map(own).sum();
+    let share = if others > 0.0 { others / together.max(1) as f64 } else { 1.0 };
+    move |tested| if of_all_joints(tested) { share } else { own(tested) }
 }
 
 /// Holm's method with weights: a p-value counts as often as its weight is contained in those of all that are no smaller, and no less than a

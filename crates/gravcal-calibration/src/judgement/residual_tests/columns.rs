@@ -7,7 +7,7 @@ use gravcal_estimation::{EvaluateError, in_parallel};
 use gravcal_recording::file_name;
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Need;
-use gravcal_robot_model::session::{Pose, Session};
+use gravcal_robot_model::session::{Pose, ReadingId, Session};
 
 use super::base::TurnedGravity;
 use super::clock_rate::fast_clock;
@@ -65,6 +65,8 @@ pub struct Columns<'a> {
     pub in_order: Vec<usize>,
     /// By pose, its place among them.
     pub places: Vec<usize>,
+    /// By pose, its place among those of its table.
+    places_in_table: Vec<usize>,
     /// By row, where the arm moves.
     predictions: Vec<f64>,
     /// By pose and joint, where the order of poses tells from which side joints came.
@@ -98,6 +100,12 @@ impl<'a> Columns<'a> {
         }
         let mut places = vec![0; session.poses.len()];
         in_order.iter().enumerate().for_each(|(place, pose)| places[*pose] = place);
+        let (mut places_in_table, mut counts) = (vec![0; session.poses.len()], BTreeMap::new());
+        for pose in &in_order {
+            let count: &mut usize = counts.entry(session.poses[*pose].table).or_default();
+            places_in_table[*pose] = *count;
+            *count += 1;
+        }
         let turned_gravity = TurnedGravity::new(solved, rows)?;
         Ok(Columns {
             session,
@@ -119,6 +127,7 @@ impl<'a> Columns<'a> {
             times,
             in_order,
             places,
+            places_in_table,
             predictions,
             sides: sides_by_order(session),
         })
@@ -207,6 +216,29 @@ impl<'a> Columns<'a> {
             *entry *= of_pose;
         }
         column
+    }
+
+    /// The readings of a channel, table by table in the order in which they were read.
+    pub fn readings_in_order(&self, channel: usize) -> Vec<ReadingRow> {
+        let mut readings = self.readings[channel].clone();
+        readings.sort_by_key(|reading| (self.table(reading.pose), self.places[reading.pose]));
+        readings
+    }
+
+    /// Whether two poses are of one table, and none of it was read between them.
+    pub fn follow_each_other(&self, [before, pose]: [usize; 2]) -> bool {
+        self.table(before) == self.table(pose) && self.places_in_table[before] + 1 == self.places_in_table[pose]
+    }
+
+    /// By how much the model's reading changes if coordinates go on by so much, rad; joints that slide count nothing.
+    pub fn slope_along(&self, ReadingRow { row, std, .. }: ReadingRow, far: &[f64]) -> f64 {
+        let of_joint = |(slopes, far): (&Vec<f64>, &f64)| slopes.get(row).map_or(0.0, |slope| slope * std * far);
+        self.slopes.iter().zip(far).map(of_joint).sum()
+    }
+
+    /// What a channel reads at a pose, in its unit.
+    pub fn read_at(&self, pose: usize, channel: usize) -> Option<f64> {
+        self.session.reading(ReadingId { pose, channel }).map(|reading| reading.value)
     }
 
     /// The angle that the sensor shows.

@@ -9,7 +9,8 @@
 //! (Fisher, *Statistical Methods for Research Workers*, 4th edition, 1932, section 21.1): each knows how well its joint's noise is known, which
 //! an F test of all trends does not. And where a zero drifts, by a trend that is named, others may: the intervals of each other channel allow for a trend
 //! as large as `√(a² + σ_a²)`, with the trend `a` that its own residuals show, and its standard deviation. So they do where a gain drifts, or a gain or
-//! the zero of a position sensor is another in another table: what warms one sensor warms others, and who homes one joint anew homes others.
+//! the zero of a position sensor is another in another table: what warms one sensor warms others, who homes one joint anew homes others, and
+//! sensors of one make have hysteresis, or creep, alike.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -47,6 +48,7 @@ fn others_may_have(term: Term) -> Option<Term> {
         Term::Zero(SensorZero::Curve | SensorZero::Settling)
         | Term::Gain(SensorGain::InTables | SensorGain::Trend)
         | Term::Friction(Friction::Trend)
+        | Term::EarlierLoad(_)
         | Term::PositionZero(PositionZero::InTables) => Some(term),
         _ => None,
     }

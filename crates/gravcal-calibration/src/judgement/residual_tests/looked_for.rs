@@ -42,6 +42,7 @@ impl Search<'_> {
         let alike = |candidate: &Candidate| match *candidate {
             // Where it is in the fit already, nothing needs to be looked for in what the fit leaves.
             Candidate::Term(joint, Term::Elastic(Elastic::Compliance)) if self.solved.has_bending(joint) => None,
+            Candidate::Term(channel, _) if !self.columns.is_joint(channel) => None,
             Candidate::Term(_, term) => Some(term).filter(|term| term.lacked().is_alike_in_all_joints(&self.columns)),
             _ => None,
         };

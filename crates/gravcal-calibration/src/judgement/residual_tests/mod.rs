@@ -13,6 +13,9 @@
 //! **What goes with the torque.** A gain that drifts, a reading that goes with the square or cube of its torque, or with the torques of other joints; of
 //! an arm in motion, friction that grows with the torque ([`predicted_torques`]).
 //!
+//! **What a sensor keeps of the pose before.** Of an arm that stands, by whether what it senses rose or fell last (hysteresis), and in proportion to
+//! what it changed by (creep): [`changes`].
+//!
 //! **What changes between tables.** A bias, a gain, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a
 //! base that was moved).
 //!
@@ -29,8 +32,8 @@
 //!
 //! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
 //! recorder does the same to all torques, and warmth about the same to all gains. One compliance of all joints, one lag and one filter of all torques, and
-//! one change of all gains are therefore looked for, too, and whether the zeros of all joints drift, each by itself, as an arm that warms up lets them; these have half of the probability of naming anything,
-//! as all other tests together have.
+//! one change of all gains, and one share by which all torque sensors creep, are therefore looked for, too, and whether the zeros of all joints drift, each by
+//! itself, as an arm that warms up lets them; these have half of the probability of naming anything, as all other tests together have.
 //!
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise, or where it moves a number by
 //! half of its standard deviation and is surely there, or by three where blocks tell it: of a term that the fit takes up nearly whole little is seen, and it moves numbers most; neighbours
@@ -53,6 +56,7 @@
 mod base;
 mod bound;
 mod candidate;
+mod changes;
 mod clock_rate;
 mod columns;
 mod delayed;

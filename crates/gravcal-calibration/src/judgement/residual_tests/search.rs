@@ -44,6 +44,7 @@ fn goes_with_torque(kind: &ResidualTestKind) -> bool {
             | ResidualTestKind::TorqueGain { .. }
             | ResidualTestKind::TorqueGainTrend
             | ResidualTestKind::Crosstalk { .. }
+            | ResidualTestKind::Creep
             | ResidualTestKind::LoadFriction
     )
 }

@@ -11,7 +11,7 @@ use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 
 use super::search::Search;
 use super::terms::{Elastic, Harmonic, Recorder, SensorGain, SensorZero, Stated, Surroundings, Term};
-use super::uneven_friction::{UNEVEN, sliding_friction};
+use super::uneven_friction::{UNEVEN, friction_in_poses};
 use crate::joint::{is_stiffness_unsaid, is_strength_guessed};
 use crate::judgement::{Asked, Judgement};
 use crate::result::{ResidualTest, ResidualTestKind, TakenAsExact};
@@ -318,11 +318,11 @@ impl Search<'_> {
         }
     }
 
-    /// Of joints that move both ways.
+    /// Of joints that come both ways.
     fn friction(&self) -> Exact {
-        // A torque as large as a joint's sliding friction, the same whichever way it moves.
+        // A torque as large as a joint's friction, the same whichever way it moves.
         let of_joint = |joint: usize| {
-            let friction = sliding_friction(self.session, self.solved, joint);
+            let friction = friction_in_poses(&self.columns, joint);
             let known = friction.iter().any(|friction| *friction != 0.0);
             known.then(|| self.columns.reading(joint, |pose| friction[pose]))
         };
@@ -332,7 +332,7 @@ impl Search<'_> {
                 "friction of each joint were {} % more one way than the other",
                 significant(200.0 * UNEVEN, 1)
             ),
-            cure: "no reading in motion tells it from a bias: state torque_bias with its std where a sensor's zero is known",
+            cure: "no reading tells it from a bias: state torque_bias with its std where a sensor's zero is known",
             columns: (0..self.session.joints.len()).filter_map(of_joint).map(off).collect(),
             itself: None,
         }

@@ -16,7 +16,7 @@ use rand_pcg::Pcg64;
 use super::candidate::{Candidate, Tested, correct};
 use super::in_words;
 use super::search::without_rounding;
-use super::terms::{Elastic, Term};
+use super::terms::{EarlierLoad, Elastic, Term};
 use crate::joint::sides_by_order;
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind, TakenAsExact, Verdict};
 use crate::testing::sensor_models::{errors, estimate, shoulder, taken_as_affine, with_model};
@@ -230,6 +230,11 @@ fn a_weighted_test_has_its_share_of_the_probability() {
     let corrected: Vec<f64> = found.iter().map(|tested| tested.test.corrected_p_value).collect();
     let expected = [0.008, 0.008, 0.008, 0.5];
     assert!(corrected.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{corrected:?}");
+    // A tenth of the weight of another: its p-value counts eleven times, beside one other.
+    let creep = Candidate::Term(0, Term::EarlierLoad(EarlierLoad::Creep));
+    let mut found = [tested(0.004, creep), tested(0.05, own)];
+    correct(&mut found, 0.0);
+    assert!((found[0].test.corrected_p_value - 0.044).abs() < 1e-12, "{}", found[0].test.corrected_p_value);
 }
 
 fn test_of_nothing() -> ResidualTest {
@@ -758,8 +763,71 @@ fn friction_goes_with_the_order_of_the_poses() {
     let estimated = Session { unexplained: vec![UnexplainedError::Estimated; 3], ..session.clone() };
     let test = first(estimated, 1, |place, _| 1.5 * NOISE * sides[place][1]);
     assert!(test.kind == ResidualTestKind::Direction && !test.spoils_intervals, "{test:?}");
+    // What it is more one way than the other passes for a bias.
+    let mut rubs = session.clone();
+    for (pose, side) in rubs.poses.iter_mut().zip(&sides) {
+        pose.torque[1].as_mut().unwrap().value += 25.0 * NOISE * side[1];
+    }
+    let told = estimate(&rubs).taken_as_exact;
+    let uneven = told.iter().find(|exact| exact.wrong.contains("friction of each joint"));
+    assert!(uneven.is_some_and(|exact| exact.parameter == "joint2.torque_bias"), "{told:?}");
     session.poses[5].conditions.direction = vec![1.0, 0.0, 0.0];
     assert!(sides_by_order(&session).is_empty(), "what the session says counts");
+}
+
+/// A second torque sensor that reads otherwise after its torque rose than after it fell; and one that lacks a share of each change.
+#[test]
+fn what_a_sensor_keeps_of_the_pose_before_is_named() {
+    let (simulation, session) = (sarcos_shoulder(), mixed());
+    let masses: Vec<f64> = simulation.truth.inertia.iter().flatten().copied().collect();
+    let position = |place: usize| &session.poses[place].position;
+    let coordinate = |joint: usize, reading: f64| {
+        let [_, _, gain, offset] = simulation.truth.sensors[joint];
+        gain * reading + offset
+    };
+    // On the last fiftieth of a straight way from the pose before, of the arm without its load.
+    let rises = |place: usize| {
+        let torque = |share: f64| {
+            let (from, to) = (position(place - 1), position(place));
+            let at = |joint: usize| coordinate(joint, from[joint] + share * (to[joint] - from[joint]));
+            let mut torque = [0.0; 3];
+            session.robot.chain.gravity_torque(&[at(0), at(1), at(2)], simulation.truth.gravity, &masses, &mut torque);
+            torque[1]
+        };
+        if place == 0 { 0.0 } else { (torque(1.0) - torque(0.98)).signum() * simulation.truth.sensors[1][0].signum() }
+    };
+    let half_loop = first(session.clone(), 1, |place, _| -2.0 * NOISE * rises(place));
+    assert!(half_loop.kind == ResidualTestKind::Hysteresis && half_loop.channel == "joint2", "{half_loop:?}");
+    assert!((half_loop.size / (-2.0 * NOISE) - 1.0).abs() < 0.3 && half_loop.spoils_intervals, "{half_loop:?}");
+    let reading = |place: usize| session.poses[place].torque[1].as_ref().map_or(0.0, |reading| reading.value);
+    let change = |place: usize| if place == 0 { 0.0 } else { reading(place) - reading(place - 1) };
+    let largest = (0..session.poses.len()).map(|place| change(place).abs()).fold(0.0, f64::max);
+    let lacks = 4.0 * NOISE / largest;
+    let creep = first(session.clone(), 1, |place, _| -lacks * change(place));
+    assert!(creep.kind == ResidualTestKind::Creep && creep.channel == "joint2" && creep.unit == "%", "{creep:?}");
+    assert!((creep.size / (-100.0 * lacks) - 1.0).abs() < 0.3 && creep.spoils_intervals, "{creep:?}");
+    let words = in_words(&session, &[half_loop, creep]).concat();
+    assert!(words.contains("half_loop * further[rose]") && words.contains("the sensor creeps"), "{words}");
+}
+
+/// The second torque sensor reads no more than it does in nine of ten poses, and nobody says so.
+#[test]
+fn a_sensor_at_an_end_of_its_range_is_named_with_the_end() {
+    let mut session = mixed();
+    let mut read: Vec<f64> = session.poses.iter().filter_map(|pose| Some(pose.torque[1].as_ref()?.value)).collect();
+    read.sort_by(f64::total_cmp);
+    let end = read[read.len() * 9 / 10];
+    let beyond = read.iter().filter(|value| **value > end).map(|value| value - end).collect::<Vec<f64>>();
+    for reading in session.poses.iter_mut().filter_map(|pose| pose.torque[1].as_mut()) {
+        reading.value = reading.value.min(end);
+    }
+    let result = estimate(&session);
+    let test = named(&result).into_iter().find(|test| test.kind == ResidualTestKind::Saturation);
+    let test = test.unwrap_or_else(|| panic!("{:?}", named(&result)));
+    assert!(test.channel == "joint2" && test.spoils_intervals && result.verdict != Verdict::Determined, "{test:?}");
+    let mean = beyond.iter().sum::<f64>() / (beyond.len() + 1) as f64;
+    assert!((0.3..1.3).contains(&(test.size / -mean)), "{test:?} {mean}");
+    assert!(in_words(&session, std::slice::from_ref(test)).concat().contains(&format!("highest = [1e9, {end}, 1e9]")));
 }
 
 /// The shoulder with loads whose places are stated, read by an arm whose third joint sits `aside`, m, from where the description has it.

@@ -1,33 +1,44 @@
-//! Friction of a joint that moves, which need not be the same both ways.
+//! Friction of a joint that moves, or that is left where it stands, which need not be the same both ways.
 //!
 //! ```text
 //!     F₊ = F (1 + a)  one way,   F₋ = F (1 − a)  the other:      readings are a F more, whichever way the joint moves
 //! ```
 //!
-//! This is a bias of the torque sensor where the joint moves, and no reading of an arm that moves both ways tells them apart.
+//! This is a bias of the torque sensor, and no reading of an arm that comes both ways tells them apart.
 
 use gravcal_robot_model::sensors::{Moment, Need};
 use gravcal_robot_model::session::{Pose, Session};
 
+use super::columns::Columns;
 use crate::joint::{Solved, State};
 
 /// `a`, as is usual.
 pub const UNEVEN: f64 = 0.05;
 
-/// `F` of a joint in each pose, in the unit of its reading, as far as its sweeps or the model's friction tell it; zero where the joint stands.
-pub fn sliding_friction(session: &Session, solved: &Solved, joint: usize) -> Vec<f64> {
+/// What is left at rest is told where it is so many of its standard deviations.
+const TOLD: f64 = 3.0;
+
+/// `F` of a joint in each pose, in the unit of its reading, as far as its sweeps, the model's friction or what is left at rest tell it; zero where it is not known
+/// from which side the joint came.
+pub fn friction_in_poses(of: &Columns, joint: usize) -> Vec<f64> {
+    let (session, solved) = (of.session, of.solved);
     let modelled = modelled_friction(session, solved, joint, &[Need::Direction, Need::Presliding]);
     let modelled = modelled.into_iter().map(f64::abs).fold(0.0, f64::max);
     let of_sweeps = session.find_static_friction().get(joint).copied().unwrap_or(0.0);
     let friction = if modelled > 0.0 { modelled } else { of_sweeps };
-    let poses = session.poses.iter();
-    poses
-        .map(|pose| {
-            let direction = pose.conditions.direction.get(joint).is_some_and(|direction| *direction != 0.0);
-            let moves = direction && modelled > 0.0 || session.swept_in_recording(pose) == Some(joint);
-            if moves { friction } else { 0.0 }
-        })
-        .collect()
+    let at_rest = solved.friction_at_rest(joint).filter(|found| found.size.abs() > TOLD * found.std);
+    let at_rest = at_rest.map_or(0.0, |found| found.size.abs());
+    let of_pose = |(place, pose): (usize, &Pose)| {
+        let came = pose.conditions.direction.get(joint).is_some_and(|direction| *direction != 0.0);
+        if came && modelled > 0.0 || session.swept_in_recording(pose) == Some(joint) {
+            friction
+        } else if of.side(joint, place) != 0.0 {
+            at_rest
+        } else {
+            0.0
+        }
+    };
+    session.poses.iter().enumerate().map(of_pose).collect()
 }
 
 /// What the terms of a joint's torque sensor that read any of these add to its reading, by pose, in its unit; empty where it has none.
@@ -64,7 +75,8 @@ mod tests {
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let solved = with_environment(|environment| solve(&session, &readings, None, environment)).unwrap();
-        let friction = sliding_friction(&session, &solved, 1);
+        let columns = Columns::new(&session, &solved, solved.judged_problem().rows()).unwrap();
+        let friction = friction_in_poses(&columns, 1);
         let estimated = solved.state(&State::nominal(&session)).further[0];
         assert!((estimated / FRICTION - 1.0).abs() < 0.02, "{estimated}");
         for (pose, friction) in session.poses.iter().zip(&friction) {
@@ -72,7 +84,7 @@ mod tests {
             assert!((friction - expected).abs() < 1e-9, "{friction} {expected}");
         }
         assert!(friction.iter().any(|friction| *friction > 0.0));
-        assert!(sliding_friction(&session, &solved, 0).iter().all(|friction| *friction == 0.0));
+        assert!(friction_in_poses(&columns, 0).iter().all(|friction| *friction == 0.0));
     }
 
     /// A joint whose friction is a tenth more one way has another bias by a twentieth of it, which no residual shows: a remark says so.

@@ -43,37 +43,66 @@ fn mostly_left_out(session: &Session) -> Option<String> {
 }
 
 fn of_channel(session: &Session, channel: usize) -> Vec<String> {
-    let read = session
-        .poses
-        .iter()
-        .enumerate()
-        .filter_map(|(place, pose)| Some((session.reading(ReadingId { pose: place, channel })?.value, pose)));
-    let mut read: Vec<(f64, &Pose)> = read.collect();
-    read.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let runs: Vec<&[(f64, &Pose)]> = read.chunk_by(|a, b| a.0 == b.0).collect();
-    let [lowest, within @ .., highest] = &runs[..] else { return Vec::new() };
-    if within.is_empty() || read.len() < LEAST {
-        return Vec::new();
-    }
-    let common = within.iter().map(|run| run.len()).fold(0, usize::max);
-    let fewest = if common == 1 { EQUAL } else { OFTENER * common + 1 };
-    // Of a pose that is read again and again without noise nothing is known.
-    let stands = |pose: &Pose| (pose.position.clone(), pose.orientation);
-    let apart = |run: &[(f64, &Pose)]| run.iter().any(|(_, pose)| stands(pose) != stands(run[0].1));
-    let clipped = |run: &&[(f64, &Pose)]| run.len() >= fewest && apart(run);
-    let ends = [("smallest", "lowest", lowest), ("largest", "highest", highest)];
-    let [reading, table] = match session.axis(channel) {
-        None => ["torque reading", "[readings] torque"],
-        Some(_) => ["reading", "its readings"],
-    };
-    let told = |(which, key, run): (&str, &str, &&[(f64, &Pose)])| {
+    let reading = if session.axis(channel).is_none() { "torque reading" } else { "reading" };
+    let table = session.readings_table(channel);
+    let told = |end: ClippedEnd| {
+        let [which, key] = end.words();
         format!(
             "The {which} {reading} of {}, {}, is the same number in {} different poses: the sensor may be at the end of its range there. If so, say \
              where that is ({key} in {table}): readings there are left out then.",
             session.channel_name(channel),
-            run[0].0,
-            run.len()
+            end.at,
+            end.poses
         )
     };
-    ends.into_iter().filter(|(.., run)| clipped(run)).map(told).collect()
+    session.clipped_ends(channel).into_iter().map(told).collect()
+}
+
+/// A reading at which a sensor may be at an end of its range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClippedEnd {
+    /// In the unit of the reading.
+    pub at: f64,
+    /// Whether it is the largest and not the smallest.
+    pub is_highest: bool,
+    /// How many poses have it.
+    pub poses: usize,
+}
+
+impl ClippedEnd {
+    /// What it is among the readings, and the key by which a session states such an end.
+    pub fn words(&self) -> [&'static str; 2] {
+        if self.is_highest { ["largest", "highest"] } else { ["smallest", "lowest"] }
+    }
+}
+
+impl Session {
+    /// Readings of a channel, the smallest or the largest, that are one number in so many poses that the sensor may be at an end of its range there.
+    pub fn clipped_ends(&self, channel: usize) -> Vec<ClippedEnd> {
+        let read = self
+            .poses
+            .iter()
+            .enumerate()
+            .filter_map(|(place, pose)| Some((self.reading(ReadingId { pose: place, channel })?.value, pose)));
+        let mut read: Vec<(f64, &Pose)> = read.collect();
+        read.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let runs: Vec<&[(f64, &Pose)]> = read.chunk_by(|a, b| a.0 == b.0).collect();
+        let [lowest, within @ .., highest] = &runs[..] else { return Vec::new() };
+        if within.is_empty() || read.len() < LEAST {
+            return Vec::new();
+        }
+        let common = within.iter().map(|run| run.len()).fold(0, usize::max);
+        let fewest = if common == 1 { EQUAL } else { OFTENER * common + 1 };
+        // Of a pose that is read again and again without noise nothing is known.
+        let stands = |pose: &Pose| (pose.position.clone(), pose.orientation);
+        let apart = |run: &[(f64, &Pose)]| run.iter().any(|(_, pose)| stands(pose) != stands(run[0].1));
+        let clipped = |run: &&[(f64, &Pose)]| run.len() >= fewest && apart(run);
+        let ends = [(lowest, false), (highest, true)].into_iter().filter(|(run, _)| clipped(run));
+        ends.map(|(run, is_highest)| ClippedEnd { at: run[0].0, is_highest, poses: run.len() }).collect()
+    }
+
+    /// Where a session states what the sensor of a channel reads.
+    pub fn readings_table(&self, channel: usize) -> &'static str {
+        if self.axis(channel).is_none() { "[readings] torque" } else { "its readings" }
+    }
 }

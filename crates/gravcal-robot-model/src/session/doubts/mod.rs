@@ -18,6 +18,7 @@ mod unit;
 mod unread;
 mod wrong_cells;
 
+pub use clipped::ClippedEnd;
 pub use motion::Joined;
 pub use unit::MistakenUnit;
 

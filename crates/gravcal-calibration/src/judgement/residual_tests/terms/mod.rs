@@ -4,6 +4,7 @@
 //! programs, and words with a cure, for people; all are in the file of its family. Another term of a family is a variant of its enum; it needs a
 //! [`ResidualTestKind`](crate::result::ResidualTestKind), and a line in [`words_of`]. Another family is a file here and a variant of [`Term`].
 
+mod earlier_load;
 mod elastic;
 mod friction;
 mod harmonic;
@@ -19,6 +20,8 @@ mod term;
 mod units;
 mod words_of;
 
+#[cfg(test)]
+pub use earlier_load::EarlierLoad;
 pub use elastic::{Elastic, of_compliance};
 pub use friction::{Friction, of_direction};
 pub use harmonic::Harmonic;

@@ -1,13 +1,15 @@
 //! How a reading goes with what its sensor senses: a gain that is another in another table or drifts, a reading that does not grow in proportion to what is
 //! sensed, or shows what other sensors sense.
 
+use std::ops::Range;
+
 use gravcal_robot_model::session::{AuxiliarySensorKind, Session};
 
 use super::lacked::{Found, Lacked, Words};
 use super::units::per_torque;
 use crate::judgement::residual_tests::columns::{ALL_JOINTS, Columns, MOST_RECORDINGS};
 use crate::judgement::residual_tests::score::dot;
-use crate::judgement::residual_tests::wording::{formula, joint_of, shown};
+use crate::judgement::residual_tests::wording::{formula, joint_of, shown, shown_amount};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// Powers of what is sensed that a reading may go with.
@@ -26,6 +28,8 @@ pub enum SensorGain {
     Trend,
     /// In the unit of the reading, at the largest.
     Nonlinearity,
+    /// Where the largest reading, or the smallest, may be an end of the sensor's range, in the unit of the reading: how far on the mean the true ones are beyond.
+    Saturation { highest: bool },
     /// Of all other joints that are read, in the unit of the reading for each N·m; of an instrument, of its other axes in their units.
     Crosstalk,
 }
@@ -33,12 +37,15 @@ pub enum SensorGain {
 impl SensorGain {
     /// Those that are looked for in a channel.
     pub fn of_channel(of: &Columns, channel: usize) -> Vec<SensorGain> {
-        use SensorGain::{Crosstalk, InTables, Nonlinearity, Trend};
-        match of.is_joint(channel) {
+        use SensorGain::{Crosstalk, InTables, Nonlinearity, Saturation, Trend};
+        let mut terms = match of.is_joint(channel) {
             true => vec![InTables, Trend, Nonlinearity, Crosstalk],
             false if of.read(channel) >= FEWEST_OF_AXIS => vec![Nonlinearity, Crosstalk],
             false => Vec::new(),
-        }
+        };
+        let ends = of.session.clipped_ends(channel).into_iter();
+        terms.extend(ends.map(|end| Saturation { highest: end.is_highest }));
+        terms
     }
 }
 
@@ -55,6 +62,10 @@ impl Lacked for SensorGain {
             }
             (SensorGain::Nonlinearity, false) => {
                 POWERS.map(|power| reads(&|pose| of.of_axes.power(pose, channel, power))).into()
+            }
+            (SensorGain::Saturation { highest }, _) => {
+                let ends = of.session.clipped_ends(channel).into_iter().filter(|end| end.is_highest == *highest);
+                ends.map(|end| reads(&|pose| f64::from(of.read_at(pose, channel) == Some(end.at)))).collect()
             }
             (SensorGain::Crosstalk, true) => {
                 let others = of.predicted.others(channel).into_iter();
@@ -88,6 +99,10 @@ impl Lacked for SensorGain {
                 let amplitude = dot(coefficients, coefficients).sqrt();
                 Found::new(ResidualTestKind::TorqueNonlinearity, amplitude, of.session.channel_unit(channel))
             }
+            SensorGain::Saturation { .. } => {
+                let first = coefficients.first().copied().unwrap_or(0.0);
+                Found::new(ResidualTestKind::Saturation, first, of.session.channel_unit(channel))
+            }
             SensorGain::Crosstalk => shows_most(of, channel, coefficients),
         }
     }
@@ -97,7 +112,16 @@ impl Lacked for SensorGain {
         match self {
             SensorGain::Trend => true,
             SensorGain::InTables => of.tables_of_all().len() == 2,
-            SensorGain::Nonlinearity | SensorGain::Crosstalk => false,
+            SensorGain::Nonlinearity | SensorGain::Saturation { .. } | SensorGain::Crosstalk => false,
+        }
+    }
+
+    /// A sensor at an end of its range reads too little there.
+    fn may_be(&self, _of: &Columns, _channel: usize, coefficients: &[f64]) -> bool {
+        match self {
+            SensorGain::Saturation { highest: true } => coefficients.iter().all(|size| *size <= 0.0),
+            SensorGain::Saturation { highest: false } => coefficients.iter().all(|size| *size >= 0.0),
+            _ => true,
         }
     }
 }
@@ -191,6 +215,49 @@ pub fn of_nonlinearity(session: &Session, test: &ResidualTest) -> Words {
             ),
             "If it is at an end of its range, say where that is (lowest, highest in its readings); else use it where it is straight, or correct its readings before.",
         ),
+    }
+}
+
+/// A sensor at an end of its range reads too little beyond its largest reading, and too much beyond its smallest.
+pub fn of_saturation(session: &Session, test: &ResidualTest) -> Words {
+    let channel = &test.channel;
+    let alike = channels_of_its_table(session, channel);
+    let place = alike.clone().find(|one| session.channel_name(*one) == *channel);
+    let ends = place.map_or_else(Vec::new, |place| session.clipped_ends(place));
+    let Some(end) = ends.into_iter().find(|end| end.is_highest == (test.size < 0.0)) else {
+        return Words::new(format!("The reading of {channel} is at an end of its range."), "Say where that is.");
+    };
+    let [which, key] = end.words();
+    // A number for each; of the others one that no reading comes to.
+    let none = if end.is_highest { "1e9" } else { "-1e9" };
+    let numbers = alike.map(|one| if Some(one) == place { end.at.to_string() } else { none.to_owned() });
+    let numbers: Vec<String> = numbers.collect();
+    Words::new(
+        format!(
+            "The {which} reading of {channel}, which is the same in {} poses, is an end of its range: the true ones are beyond it, on the mean by {}.",
+            end.poses,
+            shown_amount(test)
+        ),
+        format!(
+            "Say so: {key} = [{}] in {}. Its readings there are left out then.",
+            numbers.join(", "),
+            session.readings_table(place.unwrap_or(0))
+        ),
+    )
+}
+
+/// Channels whose readings a session states beside those of one: of all joints, or of all axes of its instrument.
+fn channels_of_its_table(session: &Session, channel: &str) -> Range<usize> {
+    let joints = session.joints.len();
+    let axes: Vec<usize> = (joints..session.channel_count()).collect();
+    let own = axes.iter().find(|one| session.channel_name(**one) == channel).and_then(|one| session.axis(*one));
+    let of_instrument = |one: &&usize| session.axis(**one).map(|(instrument, _)| instrument) == own.map(|own| own.0);
+    match own {
+        None => 0..joints,
+        Some(_) => {
+            let alike: Vec<usize> = axes.iter().filter(of_instrument).copied().collect();
+            alike[0]..alike[alike.len() - 1] + 1
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use gravcal_robot_model::parameter::SensorParameter;
 
+use super::earlier_load::EarlierLoad;
 use super::elastic::Elastic;
 use super::friction::Friction;
 use super::harmonic::Harmonic;
@@ -20,6 +21,7 @@ use crate::judgement::residual_tests::columns::Columns;
 pub enum Term {
     Zero(SensorZero),
     Gain(SensorGain),
+    EarlierLoad(EarlierLoad),
     Harmonic(Harmonic),
     Elastic(Elastic),
     Motion(Motion),
@@ -34,6 +36,7 @@ impl Term {
     /// Every term that can be looked for in the readings of a channel.
     pub fn of_channel(of: &Columns, channel: usize) -> Vec<Term> {
         let mut terms: Vec<Term> = SensorZero::of_channel(of, channel).into_iter().map(Term::Zero).collect();
+        terms.extend(EarlierLoad::of_channel(of, channel).into_iter().map(Term::EarlierLoad));
         let gains = SensorGain::of_channel(of, channel).into_iter().map(Term::Gain);
         if of.is_joint(channel) {
             let stated = [SensorParameter::TorqueGain, SensorParameter::TorqueBias];
@@ -80,6 +83,7 @@ impl Term {
         match self {
             Term::Zero(term) => term,
             Term::Gain(term) => term,
+            Term::EarlierLoad(term) => term,
             Term::Harmonic(term) => term,
             Term::Elastic(term) => term,
             Term::Motion(term) => term,

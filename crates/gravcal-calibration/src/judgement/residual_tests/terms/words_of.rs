@@ -4,7 +4,8 @@ use gravcal_robot_model::session::Session;
 
 use super::lacked::Words;
 use super::{
-    elastic, friction, harmonic, motion, position_zero, recorder, sensor_gain, sensor_zero, stated, surroundings,
+    earlier_load, elastic, friction, harmonic, motion, position_zero, recorder, sensor_gain, sensor_zero, stated,
+    surroundings,
 };
 use crate::result::{ResidualTest, ResidualTestKind as Kind};
 
@@ -30,8 +31,11 @@ pub fn words_of(session: &Session, test: &ResidualTest) -> Option<Words> {
         Kind::TorqueGain { file } => sensor_gain::of_tables(test, file),
         Kind::TorqueGainTrend => sensor_gain::of_trend(session, test),
         Kind::TorqueNonlinearity => sensor_gain::of_nonlinearity(session, test),
+        Kind::Saturation => sensor_gain::of_saturation(session, test),
         Kind::Crosstalk { joint } => sensor_gain::of_crosstalk(session, test, joint),
         Kind::PositionOffset { file } => position_zero::of_tables(test, file),
+        Kind::Hysteresis => earlier_load::of_hysteresis(session, test),
+        Kind::Creep => earlier_load::of_creep(session, test),
         Kind::Backlash => position_zero::of_backlash(test),
         Kind::PositionJump { file, line } => position_zero::of_jump(test, file, *line),
         Kind::StatedSensor { parameter } => stated::of_sensor(session, test, parameter),

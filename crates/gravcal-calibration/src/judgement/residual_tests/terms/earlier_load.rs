@@ -1,0 +1,108 @@
+//! What a reading keeps of what its sensor sensed before: hysteresis and creep, as data sheets of load cells state them.
+
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::session::Session;
+
+use super::lacked::{Found, Lacked, Words};
+use crate::judgement::residual_tests::columns::{ALL_JOINTS, Columns};
+use crate::judgement::residual_tests::wording::{formula, is_joint, shown_amount};
+use crate::result::{ResidualTest, ResidualTestKind};
+
+/// What is said of other sensors.
+const OTHERS_HAVE: &str = "Other sensors may do so, too: their intervals include what their own residuals allow.";
+/// No sensor keeps a larger share of what changed, nor of the largest change: what goes with so little of it is something else.
+const MOST_KEPT: f64 = 0.2;
+/// Fewer readings hardly tell what goes with the pose before from chance.
+const FEWEST: usize = 12;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EarlierLoad {
+    /// By whether what is sensed rose or fell last, in the unit of the reading.
+    Hysteresis,
+    /// In share of what it changed by from the pose before.
+    Creep,
+}
+
+impl EarlierLoad {
+    /// Those that are looked for in a channel: of an arm that is read while it moves, a reading that is late shows in slopes over time.
+    pub fn of_channel(of: &Columns, channel: usize) -> Vec<EarlierLoad> {
+        match of.knows_changes(channel) && of.read(channel) >= FEWEST {
+            true => vec![EarlierLoad::Hysteresis, EarlierLoad::Creep],
+            false => Vec::new(),
+        }
+    }
+}
+
+impl Lacked for EarlierLoad {
+    fn columns(&self, of: &Columns, channel: usize) -> Vec<Vec<f64>> {
+        let changes = of.changes(channel);
+        vec![of.reading(channel, |pose| match self {
+            EarlierLoad::Hysteresis => changes[pose].rose,
+            EarlierLoad::Creep => changes[pose].by,
+        })]
+    }
+
+    fn found(&self, of: &Columns, channel: usize, coefficients: &[f64]) -> Found {
+        let first = coefficients.first().copied().unwrap_or(0.0);
+        match self {
+            EarlierLoad::Hysteresis => {
+                Found::new(ResidualTestKind::Hysteresis, first, of.session.channel_unit(channel))
+            }
+            EarlierLoad::Creep => Found::new(ResidualTestKind::Creep, 100.0 * first, "%"),
+        }
+    }
+
+    /// Sensors of one make creep by about the same share.
+    fn is_alike_in_all_joints(&self, _of: &Columns) -> bool {
+        *self == EarlierLoad::Creep
+    }
+
+    fn may_be(&self, of: &Columns, channel: usize, coefficients: &[f64]) -> bool {
+        let largest = || of.changes(channel).iter().map(|change| change.by.abs()).fold(0.0, f64::max);
+        let most = match self {
+            EarlierLoad::Hysteresis => MOST_KEPT * largest(),
+            EarlierLoad::Creep => MOST_KEPT,
+        };
+        coefficients.iter().all(|coefficient| coefficient.abs() < most)
+    }
+}
+
+pub fn of_hysteresis(session: &Session, test: &ResidualTest) -> Words {
+    let (channel, sensed) = (&test.channel, sensed(session, test));
+    let unknown = [("half_loop", test.unit.clone(), format!("limit = {}", significant(test.size.abs(), 1)))];
+    let estimate = match is_joint(session, channel) {
+        true => format!(
+            "; or let a column tell whether it rose (1) or fell (-1) (further = {{ rose = \"...\" }} in [readings]), and estimate it: {}",
+            formula(channel, "half_loop * further[rose]", &unknown)
+        ),
+        false => String::new(),
+    };
+    Words::new(
+        format!(
+            "The reading of {channel} depends on whether {sensed} rose or fell from the pose before, by ±{}: hysteresis of the sensor, or friction \
+             behind it.",
+            shown_amount(test)
+        ),
+        format!("Come to each pose from both sides, so that it cancels{estimate}."),
+    )
+    .beside(Some(OTHERS_HAVE))
+}
+
+pub fn of_creep(session: &Session, test: &ResidualTest) -> Words {
+    let (channel, size) = (&test.channel, shown_amount(test));
+    let off = if test.size < 0.0 { "too little" } else { "too much" };
+    let (whose, sensed, creeps) = match channel == ALL_JOINTS {
+        true => ("readings of all joints are", "their torques", "sensors creep"),
+        false => (&*format!("reading of {channel} is"), sensed(session, test), "sensor creeps"),
+    };
+    Words::new(
+        format!("The {whose} {off} by {size} of what {sensed} changed by from the pose before: the {creeps}."),
+        "Let the arm stand longer before each reading, and let poses follow each other in an order in which torques change little.",
+    )
+    .beside((channel != ALL_JOINTS).then_some(OTHERS_HAVE))
+}
+
+/// What a sensor senses.
+fn sensed(session: &Session, test: &ResidualTest) -> &'static str {
+    if is_joint(session, &test.channel) { "its torque" } else { "what it senses" }
+}
