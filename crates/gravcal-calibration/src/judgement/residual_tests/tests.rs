@@ -807,7 +807,7 @@ fn what_a_sensor_keeps_of_the_pose_before_is_named() {
     assert!(creep.kind == ResidualTestKind::Creep && creep.channel == "joint2" && creep.unit == "%", "{creep:?}");
     assert!((creep.size / (-100.0 * lacks) - 1.0).abs() < 0.3 && creep.spoils_intervals, "{creep:?}");
     let words = in_words(&session, &[half_loop, creep]).concat();
-    assert!(words.contains("half_loop * further[rose]") && words.contains("the sensor creeps"), "{words}");
+    assert!(words.contains("half_loop * further[rose]") && words.contains("The sensors creep"), "{words}");
 }
 
 /// The second torque sensor reads no more than it does in nine of ten poses, and nobody says so.

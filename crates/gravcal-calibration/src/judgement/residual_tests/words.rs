@@ -3,12 +3,12 @@
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
-use super::terms::{Words, of_compliance, of_direction, of_recorder, words_of};
+use super::terms::{Words, of_compliance, of_creep, of_direction, of_hysteresis, of_recorder, words_of};
 use super::too_large::{SOMETHING_ELSE, is_too_large};
 use super::wording::{SMALL, WIDENED, chance, together};
 use crate::result::{ResidualTest, ResidualTestKind};
 
-/// What is named, in sentences; neighbours that are alike, friction at rest, joints that give way and what a recorder did once for all channels.
+/// What is named, in sentences; neighbours that are alike, friction at rest, what sensors keep, joints that give way and what a recorder did once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
     let of_kind = |kind: &ResidualTestKind| -> Vec<&ResidualTest> {
         tests.iter().filter(|test| test.named && test.kind == *kind).collect()
@@ -18,6 +18,8 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         named.filter_map(|test| words_of(session, test).map(|words| (test, words))).collect();
     let each = worded.iter().map(|(test, words)| of_one(test, words));
     each.chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(session, tests)))
+        .chain(by_unit(of_kind(&ResidualTestKind::Hysteresis)).iter().filter_map(|tests| of_hysteresis(session, tests)))
+        .chain(of_creep(&of_kind(&ResidualTestKind::Creep)))
         .chain(of_compliance(session, &of_kind(&ResidualTestKind::Compliance)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueLag)))
         .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueFilter)))

@@ -3,9 +3,11 @@
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
-use super::lacked::{Found, Lacked, Words};
+use super::lacked::{Found, Lacked};
 use crate::judgement::residual_tests::columns::{ALL_JOINTS, Columns};
-use crate::judgement::residual_tests::wording::{formula, is_joint, shown_amount};
+use crate::judgement::residual_tests::wording::{
+    SMALL, WIDENED, chance, formula, from_to, is_joint, of_all_or_each, together,
+};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What is said of other sensors.
@@ -67,42 +69,42 @@ impl Lacked for EarlierLoad {
     }
 }
 
-pub fn of_hysteresis(session: &Session, test: &ResidualTest) -> Words {
-    let (channel, sensed) = (&test.channel, sensed(session, test));
-    let unknown = [("half_loop", test.unit.clone(), format!("limit = {}", significant(test.size.abs(), 1)))];
-    let estimate = match is_joint(session, channel) {
+/// Hysteresis, in one sentence; tests of one unit.
+pub fn of_hysteresis(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
+    let (channels, [least, most], p) = together(tests)?;
+    let first = tests.first()?;
+    let unknown = [("half_loop", first.unit.clone(), format!("limit = {}", significant(most, 1)))];
+    let place = if tests.len() > 1 { ALL_JOINTS } else { &first.channel };
+    let estimate = match is_joint(session, &first.channel) {
         true => format!(
             "; or let a column tell whether it rose (1) or fell (-1) (further = {{ rose = \"...\" }} in [readings]), and estimate it: {}",
-            formula(channel, "half_loop * further[rose]", &unknown)
+            formula(place, "half_loop * further[rose]", &unknown)
         ),
         false => String::new(),
     };
-    Words::new(
-        format!(
-            "The reading of {channel} depends on whether {sensed} rose or fell from the pose before, by ±{}: hysteresis of the sensor, or friction \
-             behind it.",
-            shown_amount(test)
-        ),
-        format!("Come to each pose from both sides, so that it cancels{estimate}."),
-    )
-    .beside(Some(OTHERS_HAVE))
+    Some(format!(
+        "Readings depend on whether what is sensed rose or fell from the pose before: {channels} (by ±{} {}). This is hysteresis of the sensors, or friction behind \
+         them. ({}, all tests counted.) {} Come to each pose from both sides, so that it cancels{estimate}.",
+        from_to(least, most, tests),
+        first.unit,
+        chance(p),
+        consequence(tests)
+    ))
 }
 
-pub fn of_creep(session: &Session, test: &ResidualTest) -> Words {
-    let (channel, size) = (&test.channel, shown_amount(test));
-    let off = if test.size < 0.0 { "too little" } else { "too much" };
-    let (whose, sensed, creeps) = match channel == ALL_JOINTS {
-        true => ("readings of all joints are", "their torques", "sensors creep"),
-        false => (&*format!("reading of {channel} is"), sensed(session, test), "sensor creeps"),
-    };
-    Words::new(
-        format!("The {whose} {off} by {size} of what {sensed} changed by from the pose before: the {creeps}."),
-        "Let the arm stand longer before each reading, and let poses follow each other in an order in which torques change little.",
-    )
-    .beside((channel != ALL_JOINTS).then_some(OTHERS_HAVE))
+/// Creep, in one sentence.
+pub fn of_creep(tests: &[&ResidualTest]) -> Option<String> {
+    let told = of_all_or_each(tests);
+    let (channels, [least, most], p) = together(told)?;
+    Some(format!(
+        "Readings lack, or have too much, of what changed from the pose before: {channels} (by {} % of it). The sensors creep. ({}, all tests counted.) {} \
+         Let the arm stand longer before each reading, and let poses follow each other in an order in which torques change little.",
+        from_to(least, most, told),
+        chance(p),
+        consequence(tests)
+    ))
 }
 
-/// What a sensor senses.
-fn sensed(session: &Session, test: &ResidualTest) -> &'static str {
-    if is_joint(session, &test.channel) { "its torque" } else { "what it senses" }
+fn consequence(tests: &[&ResidualTest]) -> String {
+    if tests.iter().any(|test| test.spoils_intervals) { format!("{WIDENED} {OTHERS_HAVE}") } else { SMALL.to_owned() }
 }

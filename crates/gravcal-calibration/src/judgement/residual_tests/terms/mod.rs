@@ -22,6 +22,7 @@ mod words_of;
 
 #[cfg(test)]
 pub use earlier_load::EarlierLoad;
+pub use earlier_load::{of_creep, of_hysteresis};
 pub use elastic::{Elastic, of_compliance};
 pub use friction::{Friction, of_direction};
 pub use harmonic::Harmonic;

@@ -4,15 +4,22 @@ use gravcal_robot_model::session::Session;
 
 use super::lacked::Words;
 use super::{
-    earlier_load, elastic, friction, harmonic, motion, position_zero, recorder, sensor_gain, sensor_zero, stated,
-    surroundings,
+    elastic, friction, harmonic, motion, position_zero, recorder, sensor_gain, sensor_zero, stated, surroundings,
 };
 use crate::result::{ResidualTest, ResidualTestKind as Kind};
 
 /// What is said of a test that names something; nothing of kinds of which all channels are told in one sentence.
 pub fn words_of(session: &Session, test: &ResidualTest) -> Option<Words> {
     Some(match &test.kind {
-        Kind::Neighbours | Kind::Direction | Kind::Compliance | Kind::TorqueLag | Kind::TorqueFilter => return None,
+        Kind::Neighbours
+        | Kind::Direction
+        | Kind::Compliance
+        | Kind::TorqueLag
+        | Kind::TorqueFilter
+        | Kind::Hysteresis
+        | Kind::Creep => {
+            return None;
+        }
         Kind::Trend => sensor_zero::of_trend(session, test),
         Kind::TrendCurve => sensor_zero::of_curve(test),
         Kind::TrendInTables => sensor_zero::of_trend_in_tables(test),
@@ -34,8 +41,6 @@ pub fn words_of(session: &Session, test: &ResidualTest) -> Option<Words> {
         Kind::Saturation => sensor_gain::of_saturation(session, test),
         Kind::Crosstalk { joint } => sensor_gain::of_crosstalk(session, test, joint),
         Kind::PositionOffset { file } => position_zero::of_tables(test, file),
-        Kind::Hysteresis => earlier_load::of_hysteresis(session, test),
-        Kind::Creep => earlier_load::of_creep(session, test),
         Kind::Backlash => position_zero::of_backlash(test),
         Kind::PositionJump { file, line } => position_zero::of_jump(test, file, *line),
         Kind::StatedSensor { parameter } => stated::of_sensor(session, test, parameter),
