@@ -152,7 +152,7 @@ load = "plate"
         assert!(!session.contains("newton_metre") && !session.contains("walk"), "{session}");
     }
 
-    /// Once the shoulder has turned far enough it lacks half a loop, and the elbow, which turns little, less; what creeps is gone where the arm has
+    /// Once the joints have turned far enough each lacks half of its loop, the elbow a tenth of what the shoulder does; what creeps is gone where the arm has
     /// stood; the truth tells of both, the session of neither.
     #[test]
     fn what_torque_sensors_keep_is_in_the_readings_and_not_in_the_session() {

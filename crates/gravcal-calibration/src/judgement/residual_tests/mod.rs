@@ -14,7 +14,7 @@
 //! an arm in motion, friction that grows with the torque ([`predicted_torques`]).
 //!
 //! **What a sensor keeps of the pose before.** Of an arm that stands, by whether what it senses rose or fell last (hysteresis), and in proportion to
-//! what it changed by (creep): [`changes`].
+//! what it changed by (creep): [`changes`]. In one channel these have a tenth of the weight of other tests ([`candidate`]).
 //!
 //! **What changes between tables.** A bias, a gain, the zero of a position sensor (an encoder that was homed anew), and gravity as the base sees it (a
 //! base that was moved).

@@ -11,7 +11,7 @@ use crate::judgement::residual_tests::wording::{
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What is said of other sensors.
-const OTHERS_HAVE: &str = "Other sensors may do so, too: their intervals include what their own residuals allow.";
+const OTHERS_HAVE: &str = "Other sensors may have the same: their intervals include what their own residuals allow.";
 /// No sensor keeps a larger share of what changed, nor of the largest change: what goes with so little of it is something else.
 const MOST_KEPT: f64 = 0.2;
 /// Fewer readings hardly tell what goes with the pose before from chance.
@@ -74,11 +74,11 @@ pub fn of_hysteresis(session: &Session, tests: &[&ResidualTest]) -> Option<Strin
     let (channels, [least, most], p) = together(tests)?;
     let first = tests.first()?;
     let unknown = [("half_loop", first.unit.clone(), format!("limit = {}", significant(most, 1)))];
-    let place = if tests.len() > 1 { ALL_JOINTS } else { &first.channel };
     let estimate = match is_joint(session, &first.channel) {
         true => format!(
-            "; or let a column tell whether it rose (1) or fell (-1) (further = {{ rose = \"...\" }} in [readings]), and estimate it: {}",
-            formula(place, "half_loop * further[rose]", &unknown)
+            "; or let a column of each joint tell whether its torque rose (1) or fell (-1), and estimate it, as for {}: further = {{ rose = \"...\" }} in [readings], and {}",
+            first.channel,
+            formula(&first.channel, "half_loop * further[rose]", &unknown)
         ),
         false => String::new(),
     };
@@ -97,7 +97,7 @@ pub fn of_creep(tests: &[&ResidualTest]) -> Option<String> {
     let told = of_all_or_each(tests);
     let (channels, [least, most], p) = together(told)?;
     Some(format!(
-        "Readings lack, or have too much, of what changed from the pose before: {channels} (by {} % of it). The sensors creep. ({}, all tests counted.) {} \
+        "Readings are off in proportion to how far what is sensed changed from the pose before: {channels} (by {} % of the change). The sensors creep. ({}, all tests counted.) {} \
          Let the arm stand longer before each reading, and let poses follow each other in an order in which torques change little.",
         from_to(least, most, told),
         chance(p),
@@ -106,5 +106,10 @@ pub fn of_creep(tests: &[&ResidualTest]) -> Option<String> {
 }
 
 fn consequence(tests: &[&ResidualTest]) -> String {
-    if tests.iter().any(|test| test.spoils_intervals) { format!("{WIDENED} {OTHERS_HAVE}") } else { SMALL.to_owned() }
+    let of_all = tests.iter().any(|test| test.channel == ALL_JOINTS);
+    match tests.iter().any(|test| test.spoils_intervals) {
+        true if of_all => WIDENED.to_owned(),
+        true => format!("{WIDENED} {OTHERS_HAVE}"),
+        false => SMALL.to_owned(),
+    }
 }

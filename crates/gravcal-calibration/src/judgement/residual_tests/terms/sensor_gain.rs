@@ -221,16 +221,16 @@ pub fn of_nonlinearity(session: &Session, test: &ResidualTest) -> Words {
 /// A sensor at an end of its range reads too little beyond its largest reading, and too much beyond its smallest.
 pub fn of_saturation(session: &Session, test: &ResidualTest) -> Words {
     let channel = &test.channel;
-    let alike = channels_of_its_table(session, channel);
-    let place = alike.clone().find(|one| session.channel_name(*one) == *channel);
-    let ends = place.map_or_else(Vec::new, |place| session.clipped_ends(place));
+    let place = (0..session.channel_count()).find(|one| session.channel_name(*one) == *channel).unwrap_or(0);
+    let ends = session.clipped_ends(place);
     let Some(end) = ends.into_iter().find(|end| end.is_highest == (test.size < 0.0)) else {
         return Words::new(format!("The reading of {channel} is at an end of its range."), "Say where that is.");
     };
     let [which, key] = end.words();
     // A number for each; of the others one that no reading comes to.
     let none = if end.is_highest { "1e9" } else { "-1e9" };
-    let numbers = alike.map(|one| if Some(one) == place { end.at.to_string() } else { none.to_owned() });
+    let alike = channels_of_its_table(session, place);
+    let numbers = alike.map(|one| if one == place { end.at.to_string() } else { none.to_owned() });
     let numbers: Vec<String> = numbers.collect();
     Words::new(
         format!(
@@ -241,24 +241,18 @@ pub fn of_saturation(session: &Session, test: &ResidualTest) -> Words {
         format!(
             "Say so: {key} = [{}] in {}. Its readings there are left out then.",
             numbers.join(", "),
-            session.readings_table(place.unwrap_or(0))
+            session.readings_table(place)
         ),
     )
 }
 
 /// Channels whose readings a session states beside those of one: of all joints, or of all axes of its instrument.
-fn channels_of_its_table(session: &Session, channel: &str) -> Range<usize> {
+fn channels_of_its_table(session: &Session, channel: usize) -> Range<usize> {
     let joints = session.joints.len();
-    let axes: Vec<usize> = (joints..session.channel_count()).collect();
-    let own = axes.iter().find(|one| session.channel_name(**one) == channel).and_then(|one| session.axis(*one));
-    let of_instrument = |one: &&usize| session.axis(**one).map(|(instrument, _)| instrument) == own.map(|own| own.0);
-    match own {
-        None => 0..joints,
-        Some(_) => {
-            let alike: Vec<usize> = axes.iter().filter(of_instrument).copied().collect();
-            alike[0]..alike[alike.len() - 1] + 1
-        }
-    }
+    session.axis(channel).map_or(0..joints, |(instrument, _)| {
+        let readings = session.instruments[instrument].readings();
+        joints + readings.start..joints + readings.end
+    })
 }
 
 /// What kind of instrument a channel is an axis of; nothing of a joint.
