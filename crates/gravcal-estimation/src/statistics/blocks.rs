@@ -36,13 +36,30 @@ impl SampleBlocks {
     /// # Errors
     /// Below [`MIN_BLOCKS_LEFT_OUT`] blocks.
     pub fn within(stretches: &[Range<usize>], length: usize) -> Result<Self, TooFewBlocks> {
-        let blocks: Vec<Range<usize>> = stretches
-            .iter()
-            .filter(|stretch| !stretch.is_empty())
-            .flat_map(|stretch| cut(stretch.clone(), stretch.len().checked_div(length).unwrap_or(0).max(1)))
-            .collect();
+        Self::of_stretches(stretches, length, |samples| samples / length)
+    }
+
+    /// The same with blocks of about `length`: of a stretch of three halves of it and more, from two thirds to three halves. For lengths that are estimated
+    /// themselves.
+    ///
+    /// # Errors
+    /// Below [`MIN_BLOCKS_LEFT_OUT`] blocks.
+    pub fn within_about(stretches: &[Range<usize>], length: usize) -> Result<Self, TooFewBlocks> {
+        Self::of_stretches(stretches, length, |samples| (2 * samples + length) / (2 * length))
+    }
+
+    /// `count`: into how many blocks so many samples are cut, one at least.
+    fn of_stretches(
+        stretches: &[Range<usize>],
+        length: usize,
+        count: impl Fn(usize) -> usize,
+    ) -> Result<Self, TooFewBlocks> {
+        let parts = |samples: usize| if length == 0 { 1 } else { count(samples).max(1) };
+        let stretches = stretches.iter().filter(|stretch| !stretch.is_empty());
+        let blocks: Vec<Range<usize>> =
+            stretches.clone().flat_map(|stretch| cut(stretch.clone(), parts(stretch.len()))).collect();
         if length == 0 || blocks.len() < MIN_BLOCKS_LEFT_OUT {
-            let samples = stretches.iter().map(ExactSizeIterator::len).sum();
+            let samples = stretches.map(ExactSizeIterator::len).sum();
             return Err(TooFewBlocks { samples, length, needed: MIN_BLOCKS_LEFT_OUT });
         }
         Ok(SampleBlocks { blocks })
@@ -117,6 +134,18 @@ mod tests {
         let refused = SampleBlocks::within(&[0..20, 20..25], 3).unwrap_err().to_string();
         assert!(refused.contains("and 12 are needed") && refused.ends_with("blocks of 1 to 2 samples"), "{refused}");
         assert!(SampleBlocks::within(std::slice::from_ref(&(0..100)), 0).is_err());
+    }
+
+    /// 49 samples in blocks of about 29 are two of 24.5, 40 are one, 14 one, and 290 ten; of none there are none.
+    #[test]
+    fn blocks_of_about_a_length_are_as_near_to_it_as_can_be() {
+        let count = |samples: usize, length: usize| {
+            let stretches: Vec<std::ops::Range<usize>> = (0..12).map(|k| k * samples..(k + 1) * samples).collect();
+            SampleBlocks::within_about(&stretches, length).unwrap().count() / 12
+        };
+        assert_eq!([49, 43, 40, 14, 290].map(|samples| count(samples, 29)), [2, 1, 1, 1, 10]);
+        assert_eq!(count(44, 29), 2, "three halves of 29 are 43.5");
+        assert!(SampleBlocks::within_about(&[0..100, 100..200], 0).is_err());
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl Solved {
         let stretches = tables(session, poses);
         let mut length = wanted.min(poses.len() / MIN_BLOCKS_LEFT_OUT).max(1);
         loop {
-            match SampleBlocks::within(&stretches, length) {
+            match SampleBlocks::within_about(&stretches, length) {
                 Err(TooFewBlocks { .. }) if length > 1 => length -= 1,
                 blocks => {
                     let too_short_for = (length < wanted).then_some(wanted);
