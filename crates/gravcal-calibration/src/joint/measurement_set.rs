@@ -128,6 +128,14 @@ impl MeasurementSet {
         MeasurementSet { used, ..self.clone() }
     }
 
+    /// Every reading of other poses of the arm, with the noise, and what errs beside it, as these readings have them.
+    pub(super) fn of_other_poses(&self, session: &Session) -> MeasurementSet {
+        let MeasurementSet { spreads, noise, unexplained, at_rest, .. } = self.clone();
+        let (sides, lasting) = (self.sides_in(session), self.lasting_elsewhere());
+        let all = MeasurementSet::select(session, |_| true);
+        MeasurementSet { spreads, noise, unexplained, at_rest, sides, lasting, ..all }
+    }
+
     /// The same readings in a session in which two channels are exchanged in some poses: one may be read where the other is not.
     pub(super) fn exchanged(&self, [a, b]: [usize; 2], in_pose: impl Fn(usize) -> bool) -> MeasurementSet {
         let other = |channel: &usize| match *channel {

@@ -84,20 +84,9 @@ pub(in crate::joint) fn of_validation(
 ) -> Result<Option<HeldOut>, EstimateError> {
     let unseen =
         Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
-    let MeasurementSet { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
-    let (sides, lasting) = (fitted.sides_in(&unseen), fitted.lasting_elsewhere());
-    let readings = MeasurementSet {
-        spreads,
-        noise,
-        unexplained,
-        at_rest,
-        sides,
-        lasting,
-        ..MeasurementSet::select(&unseen, |_| true)
-    };
     // Joints that stand in other sweeps deflect otherwise, and stick otherwise.
     let prediction = State { deflections: Vec::new(), static_friction: Vec::new(), ..found };
-    let readings = bending_as(fitted, readings, &unseen, &prediction)?;
+    let readings = bending_as(fitted, fitted.of_other_poses(&unseen), &unseen, &prediction)?;
     let readings =
         if fitted.displaced.is_some() { readings.with_displacements(&unseen, &prediction)? } else { readings };
     let predicted = predict(&unseen, &readings, &prediction)?;

@@ -2,8 +2,11 @@
 //!
 //! For given sensors each torque is affine in gravity, so residuals `r` and Jacobian `J` of the linear part are, and its cost `½ rᵀr`, gradient
 //! `Jᵀr` and Hessian `JᵀJ` are polynomials of second degree in gravity's components: combinations of ten monomials. To multiply all torque gains by a
-//! number is to multiply gravity by it. [`NODES`] gravities of three magnitudes give the coefficients, and three
+//! number is to multiply gravity by it, where the arm stands. [`NODES`] gravities of three magnitudes give the coefficients, and three
 //! equations more than unknowns whether it is so: a characteristic that is bent, or friction that goes with the load, is no polynomial.
+//!
+//! Where the arm moves, inertia's torque is multiplied with the gains, too, and the gravities have one magnitude. Of these one sum of monomials is constant,
+//! `x² + y² + z²`, and any of the coefficients that differ by it give the same.
 
 use gravcal_estimation::{Linearization, Problem, Values};
 use nalgebra::{DVector, SMatrix, SVector};
@@ -13,24 +16,31 @@ use crate::joint::starting::directions::lattice;
 
 /// Monomials of gravity's components up to second degree.
 const MONOMIALS: usize = 10;
-/// Gravities under which the normal equations are computed, and their magnitudes in turn, in units of the one that is given.
+/// Gravities under which the normal equations are computed, and their magnitudes in turn, in units of the one that is given: of an arm that stands, and of
+/// one that moves.
 const NODES: usize = MONOMIALS + 3;
 const MAGNITUDES: [f64; 3] = [1.0, 0.5, 2.0];
+const ONE_MAGNITUDE: [f64; 1] = [1.0];
+/// A smaller singular value of the monomials at the nodes is zero.
+const DEPENDENT: f64 = 1e-9;
 /// What may be left of an entry beside the polynomial, in its unit: the sums of residuals themselves are rounded at 1e-14 or so.
 const ROUNDED: f64 = 1e-10;
 
 /// Normal equations of a linear problem for any gravity.
 pub(in crate::joint) struct AnyGravity {
     columns: usize,
+    /// Whether all torque gains times a number are gravity times that number.
+    scales: bool,
     /// Row by row those of one entry: the cost, the gradient, and the lower triangle of the Hessian row by row.
     coefficients: Vec<[f64; MONOMIALS]>,
 }
 
 impl AnyGravity {
     /// From the linear problem at `values_under` of some directions of gravity, with all torque gains times a number; nothing where it cannot be
-    /// evaluated or is no polynomial.
-    pub fn new(linear: &Problem, values_under: impl Fn([f64; 3], f64) -> Values) -> Option<Self> {
-        let nodes: Vec<([f64; 3], f64)> = lattice(NODES).zip(MAGNITUDES.into_iter().cycle()).collect();
+    /// evaluated or is no polynomial. `stands`: whether the arm does.
+    pub fn new(linear: &Problem, stands: bool, values_under: impl Fn([f64; 3], f64) -> Values) -> Option<Self> {
+        let magnitudes: &[f64] = if stands { &MAGNITUDES } else { &ONE_MAGNITUDE };
+        let nodes: Vec<([f64; 3], f64)> = lattice(NODES).zip(magnitudes.iter().copied().cycle()).collect();
         let functions = SMatrix::<f64, NODES, MONOMIALS>::from_fn(|node, k| {
             let (direction, scale) = nodes[node];
             monomials(direction.map(|c| scale * c))[k]
@@ -43,17 +53,20 @@ impl AnyGravity {
             entries.iter_mut().zip(found).for_each(|(entry, value)| entry[node] = value);
         }
         let columns = linear.columns().len();
-        let inverse = functions.pseudo_inverse(f64::EPSILON).ok()?;
+        let inverse = functions.pseudo_inverse(DEPENDENT).ok()?;
         let fitted: Vec<SVector<f64, MONOMIALS>> = entries.iter().map(|entry| inverse * entry).collect();
         let left = entries.iter().zip(&fitted).map(|(entry, coefficients)| (functions * coefficients - entry).amax());
         let polynomial = left.zip(units(columns, &entries)).all(|(left, unit)| left <= ROUNDED * unit);
         let coefficients = fitted.into_iter().map(|coefficients| coefficients.into()).collect();
-        polynomial.then_some(AnyGravity { columns, coefficients })
+        polynomial.then_some(AnyGravity { columns, scales: stands, coefficients })
     }
 
     /// The least cost under a direction of gravity, with all torque gains times `scale`, where these lengths are kept, and the step to it; nothing
-    /// where that takes more digits than the normal equations have.
+    /// where that takes more digits than the normal equations have, or these are of another scale.
     pub fn least(&self, direction: [f64; 3], scale: f64, lengths: &[KnownLength]) -> Option<(f64, DVector<f64>)> {
+        if scale != 1.0 && !self.scales {
+            return None;
+        }
         let functions = monomials(direction.map(|c| scale * c));
         let value = |of: &[f64; MONOMIALS]| of.iter().zip(&functions).map(|(c, f)| c * f).sum::<f64>();
         let entries: Vec<f64> = self.coefficients.iter().map(value).collect();
@@ -99,13 +112,15 @@ mod tests {
 
     use super::*;
 
-    /// A pendulum's torque `h · (p × g) + b − y` at one place `p`, of moment `h` and bias `b`; friction goes with its size.
+    /// A pendulum's torque `k (h · (p × g) + h a) + b − y` at one place `p`, of moment `h`, gain `k` and bias `b`; friction goes with its size, and it is
+    /// accelerated by `a`.
     #[derive(Debug)]
     struct Pendulum {
-        blocks: [BlockId; 3],
+        blocks: [BlockId; 4],
         place: [f64; 3],
         reading: f64,
         friction: f64,
+        acceleration: f64,
     }
 
     impl Residual for Pendulum {
@@ -123,9 +138,9 @@ mod tests {
             residual: &mut [f64],
             jacobian: Option<RowsMut<'_>>,
         ) -> Result<(), EvaluateError> {
-            let (gravity, moment, bias) = (x.block(0), x.scalar(1), x.scalar(2));
+            let (gravity, moment, bias, gain) = (x.block(0), x.scalar(1), x.scalar(2), x.scalar(3));
             let along: f64 = self.place.iter().zip(gravity).map(|(p, g)| p * g).sum();
-            let slope = along + self.friction * along.abs();
+            let slope = gain * (along + self.friction * along.abs() + self.acceleration);
             residual[0] = moment * slope + bias - self.reading;
             if let Some(mut rows) = jacobian {
                 rows.row(0)[x.column(1)] = slope;
@@ -135,35 +150,37 @@ mod tests {
         }
     }
 
-    /// With gravity held; the block of gravity, and a start.
-    fn linear(friction: f64) -> (Problem, BlockId, Values) {
+    /// Pendulums with gravity and gain held, and their values under a direction of gravity with the gain times a number. `accelerated`: by how much at most.
+    fn linear(friction: f64, accelerated: f64) -> (Problem, impl Fn([f64; 3], f64) -> Values) {
         let mut builder = ProblemBuilder::new();
         let gravity = builder.add_block(Block::vector("gravity", "m/s²", &["x", "y", "z"]).fixed("given"), &[0.0; 3]);
         let [moment, bias] = ["moment", "bias"].map(|name| builder.add_block(Block::scalar(name, "N·m"), &[0.3]));
+        let gain = builder.add_block(Block::scalar("gain", "1").fixed("given"), &[1.0]);
         for place in lattice(20) {
-            let reading = (37.0 * place[0]).sin();
-            let residual = Pendulum { blocks: [gravity, moment, bias], place, reading, friction };
+            let (reading, acceleration) = ((37.0 * place[0]).sin(), accelerated * (11.0 * place[1]).cos());
+            let blocks = [gravity, moment, bias, gain];
+            let residual = Pendulum { blocks, place, reading, friction, acceleration };
             builder.add_factor(Factor::new(residual, Noise::independent(&[0.1]).unwrap()));
         }
         let (problem, initial) = builder.build().unwrap();
-        (problem, gravity, initial)
-    }
-
-    fn under(gravity: BlockId, initial: &Values) -> impl Fn([f64; 3], f64) -> Values {
-        let initial = initial.clone();
-        move |direction, scale| {
+        let under = move |direction: [f64; 3], scale: f64| {
             let mut values = initial.clone();
-            values.set(gravity, &direction.map(|c| 9.81 * scale * c));
+            values.set(gravity, &direction.map(|c| 9.81 * c));
+            values.set(gain, &[scale]);
             values
-        }
+        };
+        (problem, under)
     }
 
-    #[test]
-    fn the_least_cost_under_any_gravity_is_that_of_the_problem_itself() {
-        let (problem, gravity, initial) = linear(0.0);
-        let any = AnyGravity::new(&problem, under(gravity, &initial)).unwrap();
-        for (direction, scale) in lattice(50).zip([0.3, 1.0, 3.0].into_iter().cycle()) {
-            let mut linearization = problem.linearize(&under(gravity, &initial)(direction, scale)).unwrap();
+    /// Whether the least cost under any gravity, with gains times each of these numbers in turn, is that of the problem itself.
+    fn assert_is_of_the_problem(
+        any: &AnyGravity,
+        problem: &Problem,
+        under: impl Fn([f64; 3], f64) -> Values,
+        scales: &[f64],
+    ) {
+        for (direction, scale) in lattice(50).zip(scales.iter().copied().cycle()) {
+            let mut linearization = problem.linearize(&under(direction, scale)).unwrap();
             let (scaling, mut step) = (linearization.column_scales(), vec![0.0; 2]);
             let fall = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
             let (least, to_least) = any.least(direction, scale, &[]).unwrap();
@@ -174,8 +191,26 @@ mod tests {
     }
 
     #[test]
+    fn the_least_cost_under_any_gravity_is_that_of_the_problem_itself() {
+        let (problem, under) = linear(0.0, 0.0);
+        let any = AnyGravity::new(&problem, true, &under).unwrap();
+        assert_is_of_the_problem(&any, &problem, under, &[0.3, 1.0, 3.0]);
+    }
+
+    /// Gains are multiplied with the torque of inertia, too, which gravity is not.
+    #[test]
+    fn of_what_moves_it_is_so_for_the_gains_that_are_given() {
+        let (problem, under) = linear(0.0, 4.0);
+        assert!(AnyGravity::new(&problem, true, &under).is_none());
+        let any = AnyGravity::new(&problem, false, &under).unwrap();
+        assert!(any.least([0.0, 0.0, 1.0], 0.5, &[]).is_none());
+        assert_is_of_the_problem(&any, &problem, under, &[1.0]);
+    }
+
+    #[test]
     fn what_goes_with_the_size_of_a_torque_is_no_polynomial() {
-        let (problem, gravity, initial) = linear(0.1);
-        assert!(AnyGravity::new(&problem, under(gravity, &initial)).is_none());
+        let (problem, under) = linear(0.1, 0.0);
+        assert!(AnyGravity::new(&problem, true, &under).is_none());
+        assert!(AnyGravity::new(&problem, false, &under).is_none());
     }
 }

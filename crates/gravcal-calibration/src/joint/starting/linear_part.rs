@@ -103,7 +103,8 @@ impl<'s> LinearPart<'s> {
     /// Nominal sensors under any gravity, where the linear part is a polynomial of that.
     fn any_gravity(&self) -> Option<&AnyGravity> {
         let under = |direction, scale| with_gains_times(scale, &self.state_of(Candidate::Under(direction)));
-        let make = || AnyGravity::new(&self.linear, |direction, scale| self.values(&under(direction, scale)));
+        let stands = !self.session.has_windows();
+        let make = || AnyGravity::new(&self.linear, stands, |direction, scale| self.values(&under(direction, scale)));
         self.any_gravity.get_or_init(make).as_ref()
     }
 

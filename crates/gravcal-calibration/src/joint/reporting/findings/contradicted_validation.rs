@@ -67,17 +67,7 @@ impl Solved {
         let both = Session { poses, validation: Vec::new(), repeated, ..session.clone() };
         let start = self.state(&State::nominal(session));
         let start = State { deflections: Vec::new(), static_friction: Vec::new(), ..start };
-        let MeasurementSet { noise, unexplained, at_rest, spreads, .. } = self.readings().clone();
-        let readings = MeasurementSet {
-            noise,
-            unexplained,
-            at_rest,
-            sides: self.readings().sides_in(&both),
-            lasting: self.readings().lasting_elsewhere(),
-            spreads,
-            loss: Loss::None,
-            ..MeasurementSet::select(&both, |_| true)
-        };
+        let readings = MeasurementSet { loss: Loss::None, ..self.readings().of_other_poses(&both) };
         let environment = &environment.within(ITERATIONS);
         let cost = |readings: &MeasurementSet| {
             let (_, estimate) = fit(&build_with_constraints(&both, readings, &start)?, environment)?;
