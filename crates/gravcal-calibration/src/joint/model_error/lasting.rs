@@ -58,6 +58,15 @@ impl Stay {
     }
 }
 
+/// Degrees of freedom of the sum of two variances, each with its own (Satterthwaite, *Biometrics Bulletin* 2, 1946):
+///
+/// ```text
+///     ν = (a + b)² / (a²/ν_a + b²/ν_b)
+/// ```
+fn freedom_together([a, of_a]: [f64; 2], [b, of_b]: [f64; 2]) -> f64 {
+    (a + b).powi(2) / (a * a / of_a + b * b / of_b)
+}
+
 /// What is left of an error that lasts when the unknowns have taken up their part.
 pub(in crate::joint) struct LastingError {
     pub joint: usize,
@@ -275,6 +284,32 @@ impl Solved {
         robust.map(|(joint, std)| std.map(|std| ChannelNoise { std, own: own(joint), freedom: own(joint) })).collect()
     }
 
+    /// By joint, how many degrees of freedom tell its noise and its errors that last together, where `of_noise` tell its noise, and none fewer than all where that is stated;
+    /// nothing of joints without such errors.
+    pub(in crate::joint) fn freedom_with_lasting(
+        &self,
+        session: &Session,
+        rows: &[RowResidual],
+        of_noise: &[Option<f64>],
+    ) -> Vec<Option<f64>> {
+        let found = self.lasting_found(session, rows).into_iter().enumerate();
+        let together = |(joint, found): (usize, Option<ChannelNoise>)| {
+            let of_lasting = [self.lasts_over(joint) * self.readings().lasting_variance(joint), found?.freedom];
+            let of_noise = [self.noise_of(session, joint), of_noise[joint].unwrap_or(f64::INFINITY)];
+            Some(freedom_together(of_noise, of_lasting).min(of_noise[1]))
+        };
+        found.map(together).collect()
+    }
+
+    /// How many readings have a reading's lasting error, in the mean over a joint's readings.
+    fn lasts_over(&self, joint: usize) -> f64 {
+        let Some(lasting) = &self.readings().lasting else { return 1.0 };
+        let own = self.built.rows.iter().filter(|id| id.channel == joint);
+        let over = |id: &ReadingId| lasting.stay(*id).map_or(1, |place| lasting.stays[place].poses.len());
+        let counts: Vec<f64> = own.map(|id| over(id) as f64).collect();
+        counts.iter().sum::<f64>() / counts.len().max(1) as f64
+    }
+
     /// What is left of each, but where friction to an unknown side is in it. `rows`: the solution's own.
     pub(in crate::joint) fn lasting_errors(&self, session: &Session, rows: &[RowResidual]) -> Vec<LastingError> {
         let readings = self.readings();
@@ -441,6 +476,16 @@ load = "plate"
 
     fn solved(session: &Session) -> Solved {
         with_environment(|environment| solve(session, &select(session, Signals::All), None, environment)).unwrap()
+    }
+
+    /// What is a thousandth of the noise takes no degree of freedom from it, and what is a thousand times as large leaves only its own.
+    #[test]
+    fn the_larger_of_two_variances_has_the_say_of_how_well_both_are_known() {
+        let near = |found: f64, expected: f64| assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+        near(freedom_together([1.0, 100.0], [1e-3, 1.5]), 100.0);
+        near(freedom_together([1e-3, 100.0], [1.0, 1.5]), 1.5);
+        near(freedom_together([1.0, 20.0], [1.0, 20.0]), 40.0);
+        near(freedom_together([1.0, f64::INFINITY], [1.0, 5.0]), 20.0);
     }
 
     #[test]

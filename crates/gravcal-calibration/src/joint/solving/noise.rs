@@ -66,13 +66,12 @@ impl Solved {
         }
         let count: f64 = members.values().map(|members| noises_of(members)).sum();
         let mut of_channels: Vec<Option<f64>> = found.into_iter().map(|found| Some(found?.freedom)).collect();
-        // Errors that last are told by fewer numbers than the noise, and are larger.
-        let lasting = self.lasting_found(session, &rows);
-        for (channel, lasting) in of_channels.iter_mut().zip(&lasting) {
-            *channel =
-                lasting.map_or(*channel, |own| Some(channel.map_or(own.freedom, |other| other.min(own.freedom))));
+        // Errors that last are told by fewer numbers than the noise, and are mostly larger.
+        let with_lasting = self.freedom_with_lasting(session, &rows, &of_channels);
+        for (channel, with_lasting) in of_channels.iter_mut().zip(&with_lasting) {
+            *channel = with_lasting.or(*channel);
         }
-        let fewest = lasting.iter().flatten().map(|own| own.freedom).reduce(f64::min);
+        let fewest = with_lasting.into_iter().flatten().reduce(f64::min);
         let count = fewest.map_or(count, |fewest| count.max(self.freedom() as f64 / fewest));
         Ok(NoisesFound { count, of_channels })
     }
