@@ -9,10 +9,11 @@ const DEGREE: usize = 4;
 /// By which share of the usual one a step between two moments of a run may differ from it.
 const UNEVEN: f64 = 0.5;
 
-/// First and second derivatives by time as sums over moments that follow each other.
+/// The value, and first and second derivatives by time, as sums over moments that follow each other.
 #[derive(Clone, Debug)]
 pub(super) struct Derivatives {
     pub moments: Range<usize>,
+    pub value: Vec<f64>,
     pub first: Vec<f64>,
     pub second: Vec<f64>,
 }
@@ -43,7 +44,9 @@ fn derivatives_at(times: &[f64], run: Range<usize>, moment: usize, width: usize)
     let count = run.len().min(width);
     let first = moment.saturating_sub(width / 2).clamp(run.start, run.end - count);
     let moments = first..first + count;
-    let none = Derivatives { moments: moments.clone(), first: vec![0.0; count], second: vec![0.0; count] };
+    let itself = moments.clone().map(|other| f64::from(u8::from(other == moment))).collect();
+    let none =
+        Derivatives { moments: moments.clone(), value: itself, first: vec![0.0; count], second: vec![0.0; count] };
     if count < 3 {
         return none;
     }
@@ -55,7 +58,7 @@ fn derivatives_at(times: &[f64], run: Range<usize>, moment: usize, width: usize)
         return none;
     };
     let row = |power: usize, times: f64| nearest.row(power).iter().map(|weight| times * weight).collect();
-    Derivatives { moments, first: row(1, 1.0 / unit), second: row(2, 2.0 / (unit * unit)) }
+    Derivatives { moments, value: row(0, 1.0), first: row(1, 1.0 / unit), second: row(2, 2.0 / (unit * unit)) }
 }
 
 #[cfg(test)]
@@ -82,7 +85,7 @@ mod tests {
             [0..14, 14..26, 26..34, 34..40, 40..50, 50..60].into_iter().find(|run| run.contains(&moment)).unwrap()
         };
         for width in [9, 17] {
-            for (moment, Derivatives { moments, first: by_first, second: by_second }) in
+            for (moment, Derivatives { moments, value: by_value, first: by_first, second: by_second }) in
                 derivatives(&times, &[50], width).iter().enumerate()
             {
                 let run = run_of(moment);
@@ -95,6 +98,7 @@ mod tests {
                     |weights: &[f64]| -> f64 { moments.clone().zip(weights).map(|(k, w)| w * value(times[k])).sum() };
                 let (found, expected) =
                     ([sum(by_first), sum(by_second)], [first(times[moment]), second(times[moment])]);
+                assert!((sum(by_value) - value(times[moment])).abs() < 1e-9, "{moment}");
                 assert!((found[0] - expected[0]).abs() < 1e-8, "{moment}: {found:?} {expected:?}");
                 assert!((found[1] - expected[1]).abs() < 1e-6, "{moment}: {found:?} {expected:?}");
             }
@@ -103,8 +107,9 @@ mod tests {
 
     #[test]
     fn two_moments_tell_no_derivative() {
-        for Derivatives { first, second, .. } in derivatives(&[0.0, 0.1], &[], 9) {
-            assert_eq!((first, second), (vec![0.0; 2], vec![0.0; 2]));
+        for (moment, Derivatives { value, first, second, .. }) in derivatives(&[0.0, 0.1], &[], 9).iter().enumerate() {
+            assert_eq!((first, second), (&vec![0.0; 2], &vec![0.0; 2]));
+            assert_eq!([value[moment], value[1 - moment]], [1.0, 0.0]);
         }
     }
 }
