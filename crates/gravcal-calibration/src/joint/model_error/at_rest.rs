@@ -88,7 +88,8 @@ impl MeasurementSet {
         };
         let of_joint = |joint: usize| {
             let (std, carried) = (std(joint), carried.get(joint).copied().flatten());
-            AtRest { std, carried: carried.and_then(|carried| carried.beside(std / LEAN)), ..AtRest::default() }
+            let errs_by = if errors[joint] > 0.0 { errors[joint] } else { std / LEAN };
+            AtRest { std, carried: carried.and_then(|carried| carried.beside(errs_by)), ..AtRest::default() }
         };
         let at_rest: Vec<AtRest> = (0..shown.len()).map(of_joint).collect();
         at_rest.iter().any(|own| own.std > 0.0).then(|| MeasurementSet { at_rest, ..self.clone() })

@@ -1,13 +1,17 @@
-//! Friction of gears that grows with what they carry, as slow sweeps show it.
+//! Friction of gears that grows with what they carry, as slow sweeps and standstills show it.
 //!
 //! ```text
-//!     h = h₀ + s |τ|                             half the difference of both ways
-//!     τ/η where the gear lifts, τ η where it lowers:   s = (1/η − η)/2,   mean of both ways  τ √(1 + s²)
-//!     friction s |τ| against the motion:                                  mean of both ways  τ
+//!     h = h₀ + s |τ|                                   half the difference of both ways
+//!     τ (1 + u) where the gear lifts, τ (1 − v) where it lowers:   s = (u + v)/2,   mean of both ways  τ (1 + (u − v)/2)
 //! ```
 //!
-//! A gear of efficiency `η` takes more to lift than it saves to lower, so that the mean of both ways is more than the torque at rest, and passes for a
-//! gain. Readings do not tell such a gear from friction that is the same both ways: by `s²/2`, to second order, the gain is known less well.
+//! A gear that takes more to lift than it saves to lower turns the mean of both ways away from the torque without friction, in proportion to it: that is
+//! exactly a torque gain, and no reading tells it from one. So the gain is known less well, by what `(u − v)/2` may be:
+//!
+//! ```text
+//!     in sweeps, a gear of efficiency η:  u = 1/η − 1,  v = 1 − η       (u − v)/2 = s²/2, to second order
+//!     at rest:  a part of u and of v is left, not the same part of both; u = 2 v is taken as one standard deviation:  (u − v)/2 = s/3
+//! ```
 
 use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
@@ -20,16 +24,21 @@ const SURE: f64 = 5.0;
 const MOST_ALIKE: f64 = 0.95;
 /// Shares of the gain's standard deviation from which it is worth a remark.
 const REMARKABLE: f64 = 0.5;
+/// `(u − v)/(u + v)` of a joint at rest that loses twice as much where it lifts as where it lowers. Chosen, not measured.
+const UNEVEN_AT_REST: f64 = 1.0 / 3.0;
 
-/// A joint, and the share of a gain by which its readings may be beyond those at rest.
+/// A joint whose friction grows with what it carries.
 struct Lossy {
     joint: usize,
+    /// Friction over torque.
     slope: f64,
+    at_rest: bool,
 }
 
 impl Lossy {
+    /// One standard deviation of the share of its gain by which its readings may be off.
     fn share(&self) -> f64 {
-        0.5 * self.slope * self.slope
+        if self.at_rest { UNEVEN_AT_REST * self.slope } else { 0.5 * self.slope * self.slope }
     }
 }
 
@@ -47,28 +56,26 @@ impl Solved {
     }
 
     /// Says whose gains are known less well for it. Their intervals include it already.
-    pub(in crate::joint) fn gains_that_hold_friction_of_load(&self, session: &Session) -> Option<String> {
+    pub(in crate::joint) fn gains_that_hold_friction_of_load(&self, session: &Session) -> Vec<String> {
         let matters = |lossy: &Lossy| {
             let gain = self.built.variables.sensors[lossy.joint][SensorParameter::TorqueGain as usize];
             let std = self.judged_problem().columns_of(gain).next().map_or(0.0, |column| self.covariance().std(column));
             lossy.share() * self.estimate.values.scalar(gain).abs() > REMARKABLE * std && std > 0.0
         };
-        let lossy: Vec<Lossy> = self.lossy(session).into_iter().filter(matters).collect();
-        let most = lossy.iter().map(|lossy| lossy.slope).reduce(f64::max)?;
-        let names: Vec<&str> = lossy.iter().map(|l| session.robot.chain.joints()[l.joint].name.as_str()).collect();
-        Some(format!(
-            "Friction of {} grows with what they carry, by up to {:.1} % of it. A gear that loses so much takes more to lift than it saves to \
-             lower, and the mean of both ways is beyond the torque at rest: the intervals of these torque gains allow for up to {:.2} %.",
-            names.join(", "),
-            100.0 * most,
-            50.0 * most * most
-        ))
+        let (at_rest, swept): (Vec<Lossy>, Vec<Lossy>) =
+            self.lossy(session).into_iter().filter(matters).partition(|lossy| lossy.at_rest);
+        [of_sweeps(session, &swept), of_standstills(session, &at_rest)].into_iter().flatten().collect()
     }
 
     /// Joints whose friction surely grows with what they carry.
     fn lossy(&self, session: &Session) -> Vec<Lossy> {
-        let of = |joint: usize| Some(Lossy { joint, slope: self.slope_of_friction(session, joint)? });
-        (0..session.joints.len()).filter_map(of).collect()
+        let joints = 0..session.joints.len();
+        let swept = joints
+            .clone()
+            .filter_map(|joint| Some(Lossy { joint, slope: self.slope_of_friction(session, joint)?, at_rest: false }));
+        let at_rest =
+            joints.filter_map(|joint| Some(Lossy { joint, slope: self.slope_at_rest(joint)?, at_rest: true }));
+        swept.chain(at_rest).collect()
     }
 
     /// `s` of a joint, with another `h₀` in each of its sweeps; nothing where it may be chance.
@@ -94,6 +101,38 @@ impl Solved {
         }
         slope(&carried, &halves, freedom.checked_sub(1)?)
     }
+}
+
+fn of_sweeps(session: &Session, lossy: &[Lossy]) -> Option<String> {
+    let most = largest_slope(lossy)?;
+    Some(format!(
+        "Friction of {} grows with what they carry, by up to {:.1} % of it. A gear that loses so much takes more to lift than it saves to \
+         lower, and the mean of both ways is beyond the torque at rest: the intervals of these torque gains allow for up to {:.2} %.",
+        names(session, lossy),
+        100.0 * most,
+        50.0 * most * most
+    ))
+}
+
+fn of_standstills(session: &Session, lossy: &[Lossy]) -> Option<String> {
+    let most = largest_slope(lossy)?;
+    Some(format!(
+        "Friction that is left at rest in {} grows with what they carry, by up to {:.2} % of it. No reading tells a torque gain from a gear that \
+         loses more where it lifts than where it lowers: the intervals of these torque gains allow for twice as much, {:.2} % of the gain. Let \
+         these joints swing about each pose, less and less, before they stand, so that less friction is left.",
+        names(session, lossy),
+        100.0 * most,
+        100.0 * UNEVEN_AT_REST * most
+    ))
+}
+
+fn largest_slope(lossy: &[Lossy]) -> Option<f64> {
+    lossy.iter().map(|lossy| lossy.slope).reduce(f64::max)
+}
+
+fn names(session: &Session, lossy: &[Lossy]) -> String {
+    let names: Vec<&str> = lossy.iter().map(|l| session.robot.chain.joints()[l.joint].name.as_str()).collect();
+    names.join(", ")
 }
 
 /// The slope of the second numbers over the first, of which both means are zero; nothing where it may be chance. Friction wavers over many bins:
@@ -159,13 +198,13 @@ mod tests {
             moved[0][column]
         );
         assert!(moved[0].iter().enumerate().all(|(other, by)| other == column || *by == 0.0));
-        assert!(solved.gains_that_hold_friction_of_load(&session).unwrap().starts_with("Friction of joint2 grows"));
+        assert!(solved.gains_that_hold_friction_of_load(&session)[0].starts_with("Friction of joint2 grows"));
     }
 
     #[test]
     fn friction_that_only_wavers_moves_no_gain() {
         let (session, solved) = swept(1.0);
         assert!(solved.moved_by_friction_of_load(&session).is_empty());
-        assert_eq!(solved.gains_that_hold_friction_of_load(&session), None);
+        assert!(solved.gains_that_hold_friction_of_load(&session).is_empty());
     }
 }
