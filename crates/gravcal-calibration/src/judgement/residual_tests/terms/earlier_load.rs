@@ -73,7 +73,7 @@ impl Lacked for EarlierLoad {
 pub fn of_hysteresis(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
     let first = tests.first()?;
-    let unknown = [("half_loop", first.unit.clone(), format!("limit = {}", significant(most, 1)))];
+    let unknown = [("half_loop", first.unit.clone(), format!("limit = {}", significant(most, 2)))];
     let estimate = match is_joint(session, &first.channel) {
         true => format!(
             "; or let a column of each joint tell whether its torque rose (1) or fell (-1), and estimate it, as for {}: further = {{ rose = \"...\" }} in [readings], and {}",

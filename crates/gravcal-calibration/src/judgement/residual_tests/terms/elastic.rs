@@ -7,7 +7,7 @@ use super::lacked::{Found, Lacked, Words};
 use crate::judgement::residual_tests::columns::Columns;
 use crate::judgement::residual_tests::score::MATTERS;
 use crate::judgement::residual_tests::wording::{
-    SMALL, WIDENED, chance, formula, from_to, joint_of, of_all_or_each, shown, together,
+    SMALL, WIDENED, chance, formula, from_to, joint_of, of_all_or_each, shown_amount, together,
 };
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -67,7 +67,7 @@ pub fn of_spring(session: &Session, test: &ResidualTest) -> Words {
     Words::new(
         format!(
             "The residual of {channel} goes with its own position as if a spring pulled at the joint: by up to {}.",
-            shown(test)
+            shown_amount(test)
         ),
         format!(
             "A cable, a hose or a balancer that is bent or stretched as the joint moves does so: take it off, or estimate it: {}.",

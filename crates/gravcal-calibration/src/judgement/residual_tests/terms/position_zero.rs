@@ -2,7 +2,7 @@
 
 use super::lacked::{Found, Lacked, Words};
 use crate::judgement::residual_tests::columns::{Columns, MOST_RECORDINGS};
-use crate::judgement::residual_tests::wording::shown_size;
+use crate::judgement::residual_tests::wording::{shown_amount, shown_size};
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// A zero that changes on the way is looked for behind each but the last of so many parts of the poses, if there are so many poses.
@@ -97,9 +97,9 @@ pub fn of_jump(test: &ResidualTest, file: &str, line: u64) -> Words {
 pub fn of_backlash(test: &ResidualTest) -> Words {
     Words::new(
         format!(
-            "The residuals show that the position sensor of {} reads otherwise on each side from which the joint comes, by ±{} rad.",
+            "The residuals show that the position sensor of {} reads otherwise on each side from which the joint comes, by ±{}.",
             test.channel,
-            shown_size(test)
+            shown_amount(test)
         ),
         "The gear between sensor and joint has play, or twists under its friction. Come to all poses from the same side, or to each from both and take the mean; or \
          say how far positions may be off (std of position in [readings]).",

@@ -2,7 +2,7 @@
 
 use super::lacked::{Found, Lacked, Words};
 use crate::judgement::residual_tests::columns::{ALL_JOINTS, Columns};
-use crate::judgement::residual_tests::wording::{is_joint, shown};
+use crate::judgement::residual_tests::wording::{is_joint, shown, shown_amount};
 use crate::result::{ResidualTest, ResidualTestKind};
 use gravcal_robot_model::session::Session;
 
@@ -111,7 +111,7 @@ pub fn of_trend(session: &Session, test: &ResidualTest) -> Words {
     let (channel, size) = (&test.channel, shown(test));
     let kind = if channel == ALL_JOINTS || is_joint(session, channel) { "torque-bias-in-time" } else { "bias-in-time" };
     let what = match channel == ALL_JOINTS {
-        true => format!("The residuals of all joints together show that zeros drift, by up to {size}."),
+        true => format!("The residuals of all joints together show that zeros drift, by up to {}.", shown_amount(test)),
         false => format!("The residual of {channel} drifts by {size}: its zero creeps."),
     };
     let cure = format!(
@@ -142,7 +142,8 @@ pub fn of_trend_in_tables(test: &ResidualTest) -> Words {
 
 pub fn of_settling(test: &ResidualTest) -> Words {
     let channel = &test.channel;
-    let what = format!("The residual of {channel} drifts by up to {}, and stays: its zero settles.", shown(test));
+    let what =
+        format!("The residual of {channel} drifts by up to {}, and stays: its zero settles.", shown_amount(test));
     let cure = "Let the sensor warm up before it is read, or leave the first minutes out (from_s in [[poses]]).";
     Words::new(what, cure).beside(others_drift(channel))
 }
