@@ -43,6 +43,8 @@ const PARAMETERS: [(&str, &str, f64, f64); 4] =
     [("B", "K", 3500.0, 40.0), ("V", "V", 5.0, 0.05), ("R_0", "kΩ", 10.0, 0.5), ("R_s", "kΩ", 10.0, 0.5)];
 /// Other materials, K.
 const OTHER_B: [f64; 3] = [2500.0, 4500.0, 6000.0];
+/// Two ends whose `B` differ by a smaller share are one.
+const SAME_B: f64 = 1e-3;
 /// Rounds in which the noise is found.
 const ROUNDS: usize = 4;
 
@@ -205,7 +207,11 @@ fn likeliest_fit(
         start
     };
     let mut likeliest = Likeliest::first(follow(nominal.clone(), environment)?);
-    likeliest.or_from(OTHER_B.map(other).to_vec(), follow, environment);
+    let is_another = |best: &Fit, place: &Place<Values>| {
+        let [here, there] = [&best.estimate.values, &place.values].map(|values| values.scalar(material));
+        (here - there).abs() > SAME_B * here.abs()
+    };
+    likeliest.or_from(OTHER_B.map(other).to_vec(), follow, is_another, environment);
     Ok(likeliest.best.solution)
 }
 

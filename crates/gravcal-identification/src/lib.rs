@@ -8,7 +8,7 @@
 //! let fit = fit(&problem, &start, readings, &environment)?;                        // least squares about a reference that follows
 //! let known = Known::at(&fit.problem, &fit.estimate)?;                           // analysis, covariance, active constraints
 //! let noise = noise_by_squares(&residuals, &groups);                             // by channel, by leverage; the problem is built again
-//! likeliest.or_from(starts, follow, on, &environment);                             // other starts, compared by their likelihood
+//! likeliest.or_from(starts, follow, is_another, &environment);                     // other starts, compared by their likelihood
 //! let settled = settle(fit, &[&mirrored, &reversed], &environment)?;               // discrete symmetries: images of the solution
 //! let profiles = Profiled { .. }.wider(&reported, &environment)?;                      // where the linear model is too sure
 //! let judgement = judge(&fit.problem, &known.analysis, covariance, &parameters); // rank and limits of use, in combinations

@@ -81,12 +81,14 @@ impl<S: Send + Sync, Start: Clone + Send + Sync> Likeliest<S, Start> {
     }
 
     /// Or a likelier one from one of these starts. `follow` leads from a start to its end. Ends are only compared at first; what may take the best
-    /// one's place is followed to the last digit, the likeliest before all others. What still creeps after some iterations is followed on only
-    /// where that may matter, and not beyond a limit of the method's own. Once someone asks to stop, no further start is followed.
+    /// one's place is followed to the last digit, the likeliest before all others, unless by `is_another` it is where the best one is. What still creeps after
+    /// some iterations is followed on only where that may matter, and not beyond a limit of the method's own. Once someone asks to stop, no further start is
+    /// followed.
     pub fn or_from<E: Send>(
         &mut self,
         starts: Vec<Start>,
         follow: impl Fn(Start, &SolveEnvironment<'_>) -> Result<End<S, Start>, E> + Sync,
+        is_another: impl Fn(&S, &Place<Start>) -> bool,
         environment: &SolveEnvironment<'_>,
     ) {
         // A start that leads nowhere says nothing of the others.
@@ -98,20 +100,24 @@ impl<S: Send + Sync, Start: Clone + Send + Sync> Likeliest<S, Start> {
         ends.sort_by(|a, b| a.place.minus_log_likelihood.total_cmp(&b.place.minus_log_likelihood));
         let others = ends.split_off(ends.len().min(1));
         for ends in [ends, others] {
-            let (on, there): (Vec<_>, Vec<_>) = ends.into_iter().partition(|end| self.may_matter(end));
+            let (on, there): (Vec<_>, Vec<_>) = ends.into_iter().partition(|end| self.may_matter(end, &is_another));
             let on = all(on.into_iter().map(|end| end.place.start).collect(), environment);
             on.into_iter().chain(there).for_each(|end| self.take_in(end));
         }
     }
 
     /// Whether what was followed roughly may take the best one's place, or be as plausible, once it is followed to its end.
-    fn may_matter(&self, rough: &End<S, Start>) -> bool {
+    fn may_matter(&self, rough: &End<S, Start>, is_another: impl Fn(&S, &Place<Start>) -> bool) -> bool {
         let gain = self.best.place.minus_log_likelihood - rough.place.minus_log_likelihood;
         let needed = if self.best.termination.converged() { LIKELIER } else { 0.0 };
         let by_own_limit =
             matches!(rough.termination, Termination::IterationLimit { limit } if limit < FIRST_ITERATIONS);
         match rough.termination.converged() {
-            true => gain > needed - UNSETTLED,
+            // At one place the likelihoods of a rough end and of an exact one differ by next to nothing, to either side.
+            true => {
+                gain > needed - UNSETTLED
+                    && (gain > LIKELIER || needed == 0.0 || is_another(&self.best.solution, &rough.place))
+            }
             false => gain > -IMPLAUSIBLE && !by_own_limit,
         }
     }
@@ -183,6 +189,10 @@ mod tests {
         End { place, termination: solution.termination, solution }
     }
 
+    fn is_another(best: &Estimate, place: &Place<f64>, x: BlockId) -> bool {
+        (best.values.scalar(x) - place.start).abs() > 0.01
+    }
+
     /// First from −2, then from 3 and −3.
     fn likeliest(rough: f64) -> (f64, Likeliest<Estimate, f64>) {
         let (problem, initial, x) = problem(rough);
@@ -193,7 +203,7 @@ mod tests {
         };
         with_environment(|environment| {
             let mut likeliest = Likeliest::first(follow(-2.0, environment).unwrap());
-            likeliest.or_from(vec![3.0, -3.0], follow, environment);
+            likeliest.or_from(vec![3.0, -3.0], follow, |best, place| is_another(best, place, x), environment);
             (likeliest.best.place.start, likeliest)
         })
     }
@@ -248,10 +258,32 @@ mod tests {
         };
         with_environment(|environment| {
             let mut likeliest = Likeliest::first(follow(-2.0, environment).unwrap());
-            likeliest.or_from(vec![3.0, 4.0], follow, environment);
+            likeliest.or_from(vec![3.0, 4.0], follow, |best, place| is_another(best, place, x), environment);
             assert!(likeliest.is_another && likeliest.others.len() == 2);
         });
         assert_eq!(solves.into_inner(), 4, "the first, two roughly, and the likeliest of these to its end");
+    }
+
+    /// A rough end where the best one is may seem a little likelier: it is no other.
+    #[test]
+    fn what_ends_where_the_best_one_is_is_not_followed_to_its_end() {
+        let (problem, initial, x) = problem(0.2);
+        let solves = AtomicUsize::new(0);
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate, f64>, SolveError> {
+            let mut values = initial.clone();
+            values.set(x, &[start]);
+            let mut end = end(environment.solve(&problem, &values)?, x);
+            end.place.minus_log_likelihood -= 1e-3 * solves.fetch_add(1, Ordering::Relaxed) as f64;
+            Ok(end)
+        };
+        with_environment(|environment| {
+            let mut likeliest = Likeliest::first(follow(2.0, environment).unwrap());
+            likeliest.or_from(vec![3.0], follow, |best, place| is_another(best, place, x), environment);
+            assert!(!likeliest.is_another && likeliest.others.len() == 1);
+            assert_eq!(solves.load(Ordering::Relaxed), 2, "the first, and one roughly");
+            likeliest.or_from(vec![3.0], follow, |_, _| true, environment);
+        });
+        assert_eq!(solves.into_inner(), 4, "and to its end where nobody says that it is the same");
     }
 
     #[test]
@@ -269,7 +301,7 @@ mod tests {
             let environment = environment.within(100).stopped_by(&stop);
             let mut likeliest = Likeliest::first(follow(-2.0, &environment).unwrap());
             stop.store(true, Ordering::Relaxed);
-            likeliest.or_from(vec![3.0, -3.0], follow, &environment);
+            likeliest.or_from(vec![3.0, -3.0], follow, |best, place| is_another(best, place, x), &environment);
             assert!(!likeliest.is_another && likeliest.others.is_empty());
         });
         assert_eq!(solves.into_inner(), 1);
@@ -289,7 +321,7 @@ mod tests {
             Ok(end(environment.solve(&problem, &values)?, x))
         };
         let mut likeliest = Likeliest::first(follow(-2.0, &environment).unwrap());
-        likeliest.or_from(vec![300.0], follow, &environment);
+        likeliest.or_from(vec![300.0], follow, |best, place| is_another(best, place, x), &environment);
         assert_eq!((solves.into_inner(), likeliest.others.len()), (2, 0));
     }
 }

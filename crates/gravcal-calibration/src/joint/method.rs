@@ -103,12 +103,12 @@ fn solve_after(
     let solved = solve_from(session, &part, start, environment)?;
     let sample = sample.with_noise_of(session, solved.readings())?;
     let solved = settled(session, solved, &sample, environment)?;
-    let solved = match part {
-        Cow::Borrowed(_) => solved,
-        Cow::Owned(_) => of_all(readings, solved, session, environment)?,
+    let (solved, of_part) = match part {
+        Cow::Borrowed(_) => (solved, None),
+        Cow::Owned(_) => (of_all(readings, &solved, session, environment)?, Some(solved)),
     };
     match is_doubtful(session, &solved)? {
-        true => likeliest_of_other_starts(session, readings, &sample, solved, known, environment),
+        true => likeliest_of_other_starts(session, readings, &sample, (solved, of_part), known, environment),
         false => Ok(solved),
     }
 }
@@ -116,7 +116,7 @@ fn solve_after(
 /// The solution of all readings, from that of a part of them.
 fn of_all(
     readings: &MeasurementSet,
-    of_part: Solved,
+    of_part: &Solved,
     session: &Session,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {

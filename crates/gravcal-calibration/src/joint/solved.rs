@@ -83,9 +83,9 @@ impl Solved {
     }
 
     /// Another solution of the same session in the place of this one, with what is known of its images and of other ends.
-    pub(super) fn replaced_by(self, other: Solved) -> Solved {
-        let Solved { sign_known, hemisphere_contradicted, elsewhere, .. } = self;
-        Solved { sign_known, hemisphere_contradicted, elsewhere, ..other }
+    pub(super) fn replaced_by(&self, other: Solved) -> Solved {
+        let Solved { sign_known, hemisphere_contradicted, ref elsewhere, .. } = *self;
+        Solved { sign_known, hemisphere_contradicted, elsewhere: elsewhere.clone(), ..other }
     }
 
     /// Judges a problem at its start, without solving it.

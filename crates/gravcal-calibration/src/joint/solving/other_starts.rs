@@ -42,12 +42,13 @@ pub(in crate::joint) fn is_doubtful(session: &Session, solved: &Solved) -> Resul
 
 /// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
 /// found at a minimum excuses it. The method's first companion looks from where the first one began, as one that creeps along a bent valley is
-/// where the other goes through; from elsewhere the method itself, and the companions where that does not suffice.
+/// where the other goes through; from elsewhere the method itself, and the companions where that does not suffice. `of_part`: the solution of the part of many readings
+/// by which ends are told apart.
 pub(in crate::joint) fn likeliest_of_other_starts(
     session: &Session,
     readings: &MeasurementSet,
     sample: &Sample,
-    solved: Solved,
+    (solved, of_part): (Solved, Option<Solved>),
     known: Option<&State>,
     environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
@@ -61,6 +62,7 @@ pub(in crate::joint) fn likeliest_of_other_starts(
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session)?)
     };
+    let is_another = |best: &Solved, place: &Place<State>| best.has_moved_from(session, &place.start);
     let settle = |solved: Solved| settled(session, solved, sample, companions.first().unwrap_or(environment));
     let likeliest = match telling_part(session, readings) {
         Cow::Borrowed(all) => {
@@ -71,7 +73,10 @@ pub(in crate::joint) fn likeliest_of_other_starts(
             likeliest
         }
         Cow::Owned(part) => {
-            let first = solve_from(session, &part, solved.state(&nominal), environment)?;
+            let first = match of_part {
+                Some(of_part) => of_part,
+                None => solve_from(session, &part, solved.state(&nominal), environment)?,
+            };
             let of_part = from_other_starts(session, (&part, sample), first, known, methods)?;
             // The first end of the part is that of all readings.
             // An end that was followed roughly is the best one where what is told lies within its errors.
@@ -82,7 +87,7 @@ pub(in crate::joint) fn likeliest_of_other_starts(
                 starts.insert(0, settle(of_part.best.solution)?.state(&nominal));
             }
             let mut likeliest = Likeliest::first(solved.into_end(session)?);
-            likeliest.or_from(starts, follow, environment);
+            likeliest.or_from(starts, follow, is_another, environment);
             likeliest
         }
     };
@@ -108,17 +113,18 @@ fn from_other_starts(
     let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, environment)?.into_end(session)?)
     };
+    let is_another = |best: &Solved, place: &Place<State>| best.has_moved_from(session, &place.start);
     let mut likeliest = Likeliest::first(first.into_end(session)?);
-    likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, second);
-    likeliest.or_from(otherwise_displaced(session, &likeliest.best.place.start), follow, own);
-    likeliest.or_from(further_starts(session, sample, known, own)?, follow, own);
+    likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, is_another, second);
+    likeliest.or_from(otherwise_displaced(session, &likeliest.best.place.start), follow, is_another, own);
+    likeliest.or_from(further_starts(session, sample, known, own)?, follow, is_another, own);
     for (place, other) in companions.iter().enumerate() {
         if likeliest.best.termination.converged() && likeliest.best.solution.misfit(session)?.is_none() {
             break;
         }
         let mut starts = further_starts(session, sample, known, other)?;
         starts.truncate(if place == 0 { usize::MAX } else { LAST_RESORT });
-        likeliest.or_from(starts, follow, other);
+        likeliest.or_from(starts, follow, is_another, other);
     }
     Ok(likeliest)
 }
@@ -218,7 +224,7 @@ mod tests {
             let sample = Sample::new(&session, &readings)?;
             let least = solved.estimate.cost;
             let image = image(&session, &solved, environment)?;
-            let found = likeliest_of_other_starts(&session, &readings, &sample, image, None, environment)?;
+            let found = likeliest_of_other_starts(&session, &readings, &sample, (image, None), None, environment)?;
             let nominal = State::nominal(&session);
             assert_eq!(not_as_declared(&session, &found.state(&nominal)), 0);
             assert!((found.estimate.cost - least).abs() < 1e-3);
@@ -235,12 +241,12 @@ mod tests {
             let (session, readings, solved) = declared(environment)?;
             let sample = Sample::new(&session, &readings)?;
             let (least, values) = (solved.estimate.cost, solved.estimate.values.clone());
-            let stays = likeliest_of_other_starts(&session, &readings, &sample, solved, None, environment)?;
+            let stays = likeliest_of_other_starts(&session, &readings, &sample, (solved, None), None, environment)?;
             assert_eq!(stays.estimate.values, values);
             let built = build_problem(&session, &readings, &State::nominal(&session))?;
             let nowhere = Solved::at_start(built)?;
             assert!(nowhere.estimate.cost > 2.0 * least);
-            let found = likeliest_of_other_starts(&session, &readings, &sample, nowhere, None, environment)?;
+            let found = likeliest_of_other_starts(&session, &readings, &sample, (nowhere, None), None, environment)?;
             assert!(found.estimate.termination.converged() && (found.estimate.cost - least).abs() < 1e-3);
             Ok::<_, EstimateError>(())
         })
