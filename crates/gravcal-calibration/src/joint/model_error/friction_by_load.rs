@@ -67,7 +67,7 @@ impl Solved {
         [of_sweeps(session, &swept), of_standstills(session, &at_rest)].into_iter().flatten().collect()
     }
 
-    /// Joints whose friction surely grows with what they carry.
+    /// Joints whose friction grows with what they carry: surely in sweeps, as far as it seems to at rest.
     fn lossy(&self, session: &Session) -> Vec<Lossy> {
         let joints = 0..session.joints.len();
         let swept = joints
@@ -118,7 +118,7 @@ fn of_standstills(session: &Session, lossy: &[Lossy]) -> Option<String> {
     let most = largest_slope(lossy)?;
     Some(format!(
         "Friction that is left at rest in {} grows with what they carry, by up to {:.2} % of it. No reading tells a torque gain from a gear that \
-         loses more where it lifts than where it lowers: the intervals of these torque gains allow for twice as much, {:.2} % of the gain. Let \
+         loses more where it lifts than where it lowers: the intervals of these torque gains allow for it with a standard deviation of up to {:.2} %, as of a gear that loses twice as much where it lifts. Let \
          these joints swing about each pose, less and less, before they stand, so that less friction is left.",
         names(session, lossy),
         100.0 * most,
